@@ -1,0 +1,51 @@
+# Two commands do everything: "make lab" and "make test". Each first sets up
+# what it needs in .venv and does nothing when that is already there.
+
+PYTHON ?= python3
+VENV   := .venv
+BIN    := $(VENV)/bin
+PORT   ?= 8888
+
+.DEFAULT_GOAL := help
+.PHONY: help lab test check format figures weights clean
+
+help:  ## show this list
+	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-9s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+
+# torch first: pip takes a CPU build where it knows one. Otherwise uv, which
+# knows where the CPU builds are kept, installs it.
+$(BIN)/.torch: constraints.txt
+	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install -q -c constraints.txt torch || \
+	  ( echo "pip knows no CPU build of torch; asking uv for one" && \
+	    $(BIN)/python -m pip install -q uv && \
+	    $(BIN)/uv pip install --python $(BIN)/python --torch-backend cpu -c constraints.txt torch )
+	touch $@
+
+$(BIN)/.lab: $(BIN)/.torch pyproject.toml
+	$(BIN)/python -m pip install -q -c constraints.txt -e '.[lab]'
+	touch $@
+
+$(BIN)/.dev: $(BIN)/.torch pyproject.toml
+	$(BIN)/python -m pip install -q -c constraints.txt -e '.[dev]'
+	touch $@ $(BIN)/.lab
+
+lab: $(BIN)/.lab  ## set up, then open the notebooks in JupyterLab
+	$(BIN)/jupyter lab --port $(PORT) --ServerApp.root_dir=notebooks \
+	  --LabApp.default_url=/lab/tree/00_start_here.ipynb
+
+test: $(BIN)/.dev check  ## set up, then run every check, test and notebook
+	$(BIN)/python -m pytest --nbval-lax --nbval-cell-timeout=120 \
+	  --nbval-sanitize-with tests/nbval_sanitize.cfg tests notebooks
+
+check: $(BIN)/.dev
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+format: $(BIN)/.dev  ## let ruff format the code
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+clean:  ## remove .venv and caches
+	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .hypothesis

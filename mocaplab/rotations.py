@@ -1,0 +1,221 @@
+"""Rotations: Euler angles, matrices and quaternions, and the traps of Euler angles.
+
+Euler angles are in degrees, because that is what BVH files hold; everything else is
+in radians or has no unit. An Euler *order* such as ``"ZYX"`` lists the axes as the
+file does. The rotations are intrinsic: with angles (a, b, c) the matrix is
+``R = R_Z(a) @ R_Y(b) @ R_X(c)``, and a child's vector v becomes ``R @ v``.
+
+Every function works on any number of leading axes.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mocaplab.motion import FloatArray, Motion, Skeleton
+
+
+def axis_angle_to_matrix(axis: str, angle_rad: ArrayLike) -> FloatArray:
+    """Rotation about one coordinate axis.
+
+    Parameters
+    ----------
+    axis : "X", "Y" or "Z"
+    angle_rad : array, shape (...), radians
+
+    Returns
+    -------
+    array, shape (..., 3, 3)
+    """
+    angle = np.asarray(angle_rad, dtype=np.float64)
+    i = "XYZ".index(axis)
+    j, k = (i + 1) % 3, (i + 2) % 3
+    matrix = np.zeros((*angle.shape, 3, 3))
+    cosine, sine = np.cos(angle), np.sin(angle)
+    matrix[..., i, i] = 1.0
+    matrix[..., j, j] = matrix[..., k, k] = cosine
+    matrix[..., j, k] = -sine
+    matrix[..., k, j] = sine
+    return matrix
+
+
+def euler_to_matrix(angles_deg: ArrayLike, order: str) -> FloatArray:
+    """Rotation matrices from intrinsic Euler angles in file order.
+
+    Parameters
+    ----------
+    angles_deg : array, shape (..., n), degrees, one angle a letter of ``order``
+    order : str of n letters out of "XYZ", such as ``"ZYX"``; n may be 1, 2 or 3
+
+    Returns
+    -------
+    array, shape (..., 3, 3)
+    """
+    angles = np.radians(np.asarray(angles_deg, dtype=np.float64))
+    if angles.shape[-1] != len(order) or not order or set(order) - set("XYZ"):
+        raise ValueError(f"order {order!r} does not fit angles of shape {angles.shape}")
+    matrix = axis_angle_to_matrix(order[0], angles[..., 0])
+    for i, axis in enumerate(order[1:], start=1):
+        matrix = matrix @ axis_angle_to_matrix(axis, angles[..., i])
+    return matrix
+
+
+def matrix_to_rotation_vector(matrix: ArrayLike) -> FloatArray:
+    """Rotation vector (axis times angle) of a rotation matrix.
+
+    Parameters
+    ----------
+    matrix : array, shape (..., 3, 3)
+
+    Returns
+    -------
+    array, shape (..., 3), radians, of length at most pi
+    """
+    from scipy.spatial.transform import Rotation  # as fast as ours, and here only
+
+    matrix = np.asarray(matrix, dtype=np.float64)
+    flat = Rotation.from_matrix(matrix.reshape(-1, 3, 3)).as_rotvec()
+    return np.asarray(flat).reshape(*matrix.shape[:-2], 3)
+
+
+def wrap_degrees(angles_deg: ArrayLike) -> FloatArray:
+    """Bring angles into [-180, 180) degrees."""
+    return (np.asarray(angles_deg, dtype=np.float64) + 180.0) % 360.0 - 180.0
+
+
+def alternate_euler(angles_deg: ArrayLike, order: str) -> FloatArray:
+    """Return the other Euler triple of the same rotation.
+
+    Every rotation has two triples (up to full turns): for three different axes
+    (a, b, c) and (a + 180, 180 - b, c + 180); for a repeated axis, such as "ZXZ",
+    (a + 180, -b, c + 180).
+
+    Parameters
+    ----------
+    angles_deg : array, shape (..., 3), degrees
+    order : str of three letters
+    """
+    angles = np.asarray(angles_deg, dtype=np.float64)
+    middle = -angles[..., 1] if order[0] == order[2] else 180.0 - angles[..., 1]
+    return np.stack([angles[..., 0] + 180.0, middle, angles[..., 2] + 180.0], axis=-1)
+
+
+def align_euler(angles_deg: ArrayLike, reference_deg: ArrayLike, order: str) -> FloatArray:
+    """Choose, of all triples of the same rotation, the one nearest to a reference.
+
+    Parameters
+    ----------
+    angles_deg, reference_deg : array, shape (..., 3), degrees
+    order : str of three letters
+
+    Returns
+    -------
+    array, shape (..., 3), degrees: the same rotations as ``angles_deg``
+    """
+    reference = np.asarray(reference_deg, dtype=np.float64)
+    same = reference + wrap_degrees(np.asarray(angles_deg) - reference)
+    other = reference + wrap_degrees(alternate_euler(angles_deg, order) - reference)
+    nearer = np.linalg.norm(other - reference, axis=-1) < np.linalg.norm(same - reference, axis=-1)
+    return np.where(nearer[..., None], other, same)
+
+
+def continuity(angles_deg: ArrayLike, order: str) -> tuple[FloatArray, FloatArray]:
+    """Find what makes Euler angles continuous over time without changing any rotation.
+
+    Two kinds of jumps are found: full turns (179 to -179 degrees) and switches to the
+    alternate triple (see :func:`alternate_euler`), which are jumps of about 180 degrees
+    in two channels at once. Both are undone by ``sign * angles_deg + offset``, and put
+    back by ``sign * (continuous - offset)``.
+
+    The alternate triple is a mirror image that keeps distances, and its alternate is
+    the triple itself. So whether frame t leaves the branch of frame t - 1 does not
+    depend on the branch that frame t - 1 was in, and one cumulative sum does what
+    looks like a loop over frames.
+
+    Parameters
+    ----------
+    angles_deg : array, shape (T, ..., 3), degrees; NaN where nothing was observed
+    order : str of three letters
+
+    Returns
+    -------
+    sign, offset : arrays, shape (T, ..., 3)
+        Plus or minus 1, and a multiple of 180 degrees. Frame 0 stays as it is.
+    """
+    angles = _hold(np.asarray(angles_deg, dtype=np.float64))
+    other = alternate_euler(angles, order)
+    stay = np.linalg.norm(wrap_degrees(angles[1:] - angles[:-1]), axis=-1)
+    switch = np.linalg.norm(wrap_degrees(other[1:] - angles[:-1]), axis=-1)
+    on_other_branch = np.zeros((*angles.shape[:-1], 1), dtype=bool)
+    on_other_branch[1:, ..., 0] = np.cumsum(switch < stay, axis=0) % 2 == 1
+    continuous = np.unwrap(np.where(on_other_branch, other, angles), axis=0, period=360.0)
+    sign = np.ones_like(angles)
+    sign[..., 1:2][on_other_branch] = -1.0
+    return sign, 180.0 * np.round((continuous - sign * angles) / 180.0)
+
+
+def _hold(values: FloatArray) -> FloatArray:
+    """Replace NaN along axis 0 by the value before it, leading NaN by the value after."""
+    observed = ~np.isnan(values)
+    frames = np.arange(len(values)).reshape(-1, *[1] * (values.ndim - 1))
+    last = np.maximum.accumulate(np.where(observed, frames, -1), axis=0)
+    first = np.argmax(observed, axis=0)[None]
+    held = np.take_along_axis(values, np.where(last < 0, first, last), axis=0)
+    return np.nan_to_num(held, nan=0.0)  # only a channel that was never observed
+
+
+def rotation_triples(skeleton: Skeleton) -> list[tuple[int, list[int], str]]:
+    """List the joints that have three rotation channels.
+
+    Returns
+    -------
+    list of (joint, the three channel indices in file order, Euler order)
+    """
+    triples = []
+    for joint in range(skeleton.n_joints):
+        channels = np.flatnonzero((skeleton.channel_joint == joint) & skeleton.is_rotation)
+        order = "".join(skeleton.channel_kind[c][0] for c in channels)
+        if len(order) == 3 and order[0] != order[1] != order[2]:
+            triples.append((joint, channels.tolist(), order))
+    return triples
+
+
+def motion_continuity(motion: Motion) -> tuple[FloatArray, FloatArray]:
+    """Find what makes a whole motion continuous; see :func:`continuity`.
+
+    Channels that are not part of a triple of rotations keep sign 1 and offset 0.
+
+    Returns
+    -------
+    sign, offset : arrays, shape (T, C)
+    """
+    sign = np.ones_like(motion.channels)
+    offset = np.zeros_like(motion.channels)
+    for _, columns, order in rotation_triples(motion.skeleton):
+        sign[:, columns], offset[:, columns] = continuity(motion.channels[:, columns], order)
+    return sign, offset
+
+
+def make_continuous(motion: Motion) -> Motion:
+    """Remove full turns and branch switches from every joint of a motion.
+
+    The pose of every frame stays the same; only its description in Euler angles
+    changes. NaN stays NaN. See :func:`continuity`.
+    """
+    sign, offset = motion_continuity(motion)
+    return motion.with_channels(sign * motion.channels + offset)
+
+
+def align_to(motion: Motion, reference: Motion) -> Motion:
+    """Describe a motion by the Euler angles that are nearest to a reference's.
+
+    Use it to compare two files, or to go back to a file's own convention: the pose
+    of every frame stays the same. See :func:`align_euler`.
+    """
+    channels = motion.channels.copy()
+    for _, columns, order in rotation_triples(motion.skeleton):
+        channels[:, columns] = align_euler(
+            channels[:, columns], reference.channels[:, columns], order
+        )
+    return motion.with_channels(channels)

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import os
 import tempfile
-import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -57,15 +56,15 @@ def load_bvh(path: str | os.PathLike[str]) -> Motion:
         If the file cannot be read.
     """
     raw = Path(path).read_bytes()
+    if b"\0" in raw:
+        raise BVHError(path, None, "a text file", "binary data")
     try:
         text = raw.decode("utf-8-sig")
     except UnicodeDecodeError:
-        if b"\0" in raw:
-            raise BVHError(path, None, "a text file", "binary data") from None
         text = raw.decode("latin-1")  # old exporters write joint names in local code pages
     if not text.strip():
         raise BVHError(path, None, "a BVH file", "an empty file")
-    reader = _Lines(path, text)
+    reader = _Lines(path, text.replace("\r\n", "\n").replace("\r", "\n"))
     skeleton = _read_hierarchy(reader)
     n_frames = _read_count(reader)
     frame_time = _read_frame_time(reader)
@@ -79,16 +78,17 @@ class _Lines:
     def __init__(self, path: str | os.PathLike[str], text: str):
         self.path, self.text = path, text
         self.start = 0  # where the next line begins in text
-        self.number = 0  # of the line read last, counted from 1
+        self.line = ""  # the line read last
+        self.number = 0  # and its number, counted from 1
 
     def next(self, expected: str) -> list[str]:
         """Return the words of the next line that is not blank."""
         while self.start < len(self.text):
             end = self.text.find("\n", self.start)
             end = len(self.text) if end < 0 else end
-            words = self.text[self.start : end].split()
+            self.line = self.text[self.start : end]
             self.start, self.number = end + 1, self.number + 1
-            if words:
+            if words := self.line.split():
                 return words
         raise self.error(expected, "the end of the file")
 
@@ -115,7 +115,7 @@ class _Joint:
 def _read_hierarchy(reader: _Lines) -> Skeleton:
     """Read from HIERARCHY up to and with the MOTION line."""
     words = reader.next("HIERARCHY")
-    if words[0].upper() != "HIERARCHY":
+    if [word.upper() for word in words] != ["HIERARCHY"]:
         raise reader.error("HIERARCHY", _quote(words))
     joints: list[_Joint] = []
     sites: list[tuple[int, list[float]]] = []
@@ -125,22 +125,31 @@ def _read_hierarchy(reader: _Lines) -> Skeleton:
         words = reader.next(expected)
         key = words[0].upper()
         if not open_joints:
-            if key == "MOTION" and joints:
+            if key == "MOTION" and len(words) == 1 and joints:
                 break
             if key != "ROOT" or joints:
                 raise reader.error("MOTION" if joints else "ROOT", _quote(words))
-        if key == "ROOT" and not open_joints or key == "JOINT" and open_joints:
+            _open_joint(reader, words, joints, open_joints)
+            continue
+        joint = joints[open_joints[-1]]
+        if key == "JOINT":
+            _check_complete(joint, reader, words)
             _open_joint(reader, words, joints, open_joints)
         elif key == "END":
-            sites.append((open_joints[-1], _read_end_site(reader)))
-        elif key == "OFFSET":
-            joints[open_joints[-1]].offset = _read_offset(reader, words)
-        elif key == "CHANNELS":
-            joints[open_joints[-1]].channels = _read_channels(reader, words)
-        elif key == "}":
-            _close_joint(reader, joints[open_joints.pop()])
+            sites.append((open_joints[-1], _read_end_site(reader, words)))
+        elif key == "OFFSET" and joint.offset is None:
+            joint.offset = _read_offset(reader, words)
+        elif key == "CHANNELS" and joint.channels is None:
+            joint.channels = _read_channels(reader, words)
+        elif words == ["}"]:
+            _check_complete(joint, reader, words)
+            open_joints.pop()
+        elif key in ("OFFSET", "CHANNELS"):
+            raise reader.error(f"{key} of joint {joint.name!r} once", "a second one")
         else:
             raise reader.error(expected, _quote(words))
+    if not any(joint.channels for joint in joints):
+        raise reader.error("at least one channel", "none")
     return Skeleton(
         joint_names=tuple(joint.name for joint in joints),
         parents=np.array([joint.parent for joint in joints]),
@@ -155,23 +164,31 @@ def _open_joint(
     reader: _Lines, words: list[str], joints: list[_Joint], open_joints: list[int]
 ) -> None:
     """Add the joint that a ROOT or JOINT line names; the brace may end that line."""
-    brace_here = words[-1] == "{" and len(words) > 1
-    name = " ".join(words[1:-1] if brace_here else words[1:])
+    name = _joint_name(reader.line)
     if not name:
         raise reader.error("a joint name", _quote(words))
     if any(joint.name == name for joint in joints):
         raise reader.error("a new joint name", f"{name!r} a second time")
-    if not brace_here:
+    if not words[-1].endswith("{"):
         _read_brace(reader)
     joints.append(_Joint(name, open_joints[-1] if open_joints else -1))
     open_joints.append(len(joints) - 1)
 
 
-def _close_joint(reader: _Lines, joint: _Joint) -> None:
-    if joint.offset is None:
-        raise reader.error(f"an OFFSET in joint {joint.name!r}", "}")
-    if joint.channels is None:
-        raise reader.error(f"CHANNELS in joint {joint.name!r}", "}")
+def _joint_name(line: str) -> str:
+    """Take the name out of a line such as ``JOINT Left Arm {``; blanks inside it stay."""
+    words = line.strip().removesuffix("{").split(maxsplit=1)
+    return words[1].rstrip() if len(words) == 2 else ""
+
+
+def _check_complete(joint: _Joint, reader: _Lines, words: list[str]) -> None:
+    """Refuse to go on to a child or a brace before the joint has all that it needs.
+
+    CHANNELS after a child would also put the columns of MOTION in another order.
+    """
+    for key, value in (("OFFSET", joint.offset), ("CHANNELS", joint.channels)):
+        if value is None:
+            raise reader.error(f"{key} of joint {joint.name!r} first", _quote(words))
 
 
 def _read_brace(reader: _Lines) -> None:
@@ -180,8 +197,11 @@ def _read_brace(reader: _Lines) -> None:
         raise reader.error("{", _quote(words))
 
 
-def _read_end_site(reader: _Lines) -> list[float]:
-    if reader.text[: reader.start].rstrip()[-1] != "{":
+def _read_end_site(reader: _Lines, words: list[str]) -> list[float]:
+    head = " ".join(words).lower()
+    if head.removesuffix("{").rstrip() != "end site":
+        raise reader.error("End Site", _quote(words))
+    if not head.endswith("{"):
         _read_brace(reader)
     offset = _read_offset(reader, reader.next("OFFSET"))
     words = reader.next("}")
@@ -198,7 +218,7 @@ def _read_offset(reader: _Lines, words: list[str]) -> list[float]:
 
 def _read_channels(reader: _Lines, words: list[str]) -> tuple[str, ...]:
     names = words[2:]
-    if len(words) < 2 or not words[1].isdecimal() or int(words[1]) != len(names):
+    if len(words) < 2 or not _is_count(words[1]) or int(words[1]) != len(names):
         raise reader.error("CHANNELS, a count and as many names", _quote(words))
     for name in names:
         if name.lower() not in _CHANNEL_SPELLING:
@@ -209,34 +229,44 @@ def _read_channels(reader: _Lines, words: list[str]) -> tuple[str, ...]:
     return channels
 
 
+def _read_field(reader: _Lines, key: str, expected: str) -> str:
+    """Read a line such as ``Frames: 10``; blanks around the colon do not matter."""
+    words = reader.next(f"{key}: and {expected}")
+    found, colon, value = reader.line.partition(":")
+    if " ".join(found.split()).lower() != key.lower() or not colon:
+        raise reader.error(f"{key}: and {expected}", _quote(words))
+    return value.strip()
+
+
 def _read_count(reader: _Lines) -> int:
-    words = reader.next("Frames:")
-    if words[0].lower() != "frames:" or len(words) != 2 or not words[1].isdecimal():
-        raise reader.error("Frames: and a whole number", _quote(words))
-    if int(words[1]) == 0:
-        raise reader.error("at least one frame", "0")
-    return int(words[1])
+    value = _read_field(reader, "Frames", "a whole number")
+    if not _is_count(value):
+        raise reader.error("Frames: and a whole number", _quote([value]))
+    if int(value) == 0:
+        raise reader.error("at least one frame", value)
+    return int(value)
 
 
 def _read_frame_time(reader: _Lines) -> float:
-    words = reader.next("Frame Time:")
-    if [word.lower() for word in words[:2]] != ["frame", "time:"] or len(words) != 3:
-        raise reader.error("Frame Time: and a number of seconds", _quote(words))
-    frame_time = _number(reader, words[2])
+    value = _read_field(reader, "Frame Time", "a number of seconds")
+    frame_time = _number(reader, value)
     if frame_time <= 0:
-        raise reader.error("a frame time above 0", words[2])
+        raise reader.error("a frame time above 0", value)
     return frame_time
 
 
 def _read_frames(reader: _Lines, n_frames: int, n_channels: int) -> FloatArray:
-    """Parse all numbers at once; only when something is off, look for the line."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("error", DeprecationWarning)  # numpy's word for "not a number"
-        try:
-            values = np.fromstring(reader.text[reader.start :], dtype=np.float64, sep=" ")
-        except (DeprecationWarning, ValueError):
-            values = np.empty(0)
-    if len(values) != n_frames * n_channels or not np.isfinite(values).all():
+    """Parse all numbers at once; only when something is off, look for the line.
+
+    Where lines break does not matter as long as the number of values is right.
+    """
+    text = reader.text[reader.start :]
+    try:
+        values = np.fromiter(map(float, text.split()), dtype=np.float64)
+    except ValueError:
+        raise _frames_error(reader, n_frames, n_channels) from None
+    right = len(values) == n_frames * n_channels and "_" not in text  # float("1_0") is 10
+    if not right or not np.isfinite(values).all():
         raise _frames_error(reader, n_frames, n_channels)
     return values.reshape(n_frames, n_channels)
 
@@ -258,13 +288,17 @@ def _frames_error(reader: _Lines, n_frames: int, n_channels: int) -> BVHError:
     return reader.error(f"{n_frames} frames, as declared", f"{frames}", number)
 
 
+def _is_count(word: str) -> bool:
+    return word.isdecimal() and len(word) < 19  # more digits than any file can mean
+
+
 def _number(reader: _Lines, word: str, line: int | None = None) -> float:
     try:
         value = float(word)
     except ValueError:
         raise reader.error("a number", repr(word[:40]), line) from None
     if not np.isfinite(value) or "_" in word:
-        raise reader.error("a finite number", repr(word), line)
+        raise reader.error("a finite number", repr(word[:40]), line)
     return value
 
 
@@ -288,8 +322,9 @@ def save_bvh(motion: Motion, path: str | os.PathLike[str]) -> None:
     Raises
     ------
     ValueError
-        If a sample is NaN (a BVH file has no way to say "not observed"), or the joints
-        are not in depth-first order, which is the only order a file can have.
+        If a sample is NaN (a BVH file has no way to say "not observed"), the joints or
+        End Sites are not in depth-first order, which is the only order a file can have,
+        or a joint has a name that a line of the file cannot hold.
     OSError
         If the file cannot be written.
     """
@@ -314,11 +349,11 @@ def write_atomically(path: str | os.PathLike[str], content: str | bytes) -> None
     OSError
         If the file cannot be written; an older file of that name is then unharmed.
     """
-    path = Path(path)
+    path = Path(path).resolve()  # write through a link, do not replace it
     if path.is_dir():
         raise IsADirectoryError(f"cannot write {path}: it is a folder")
     data = content.encode() if isinstance(content, str) else content
-    handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+    handle, temporary = tempfile.mkstemp(prefix=".saving-", dir=path.parent)
     try:
         with os.fdopen(handle, "wb") as file:
             file.write(data)
@@ -334,40 +369,43 @@ def write_atomically(path: str | os.PathLike[str], content: str | bytes) -> None
 def _hierarchy_lines(skeleton: Skeleton) -> list[str]:
     """Write the joints in file order, which is depth first."""
     lines = ["HIERARCHY"]
-    sites: dict[int, list[list[float]]] = {}
-    for parent, offset in zip(
-        skeleton.end_site_parents.tolist(), skeleton.end_site_offsets.tolist(), strict=True
-    ):
-        sites.setdefault(parent, []).append(offset)
-
-    depth = 0
     open_joints: list[int] = []
+    parents, offsets = skeleton.end_site_parents, skeleton.end_site_offsets
+    sites = list(zip(parents.tolist(), offsets.tolist(), strict=True))
 
     def put(text: str) -> None:
-        lines.append("  " * depth + text)
+        lines.append("  " * len(open_joints) + text)
+
+    def put_sites() -> None:
+        """Write the next End Sites as soon as their joint is the innermost one."""
+        while sites and open_joints and sites[0][0] == open_joints[-1]:
+            _, offset = sites.pop(0)
+            put("End Site")
+            put("{")
+            put("  OFFSET " + " ".join(map(repr, offset)))
+            put("}")
 
     def close_until(parent: int) -> None:
-        nonlocal depth
         while open_joints and open_joints[-1] != parent:
-            joint = open_joints.pop()
-            for offset in sites.get(joint, []):
-                put("End Site")
-                put("{")
-                put("  OFFSET " + " ".join(map(repr, offset)))
-                put("}")
-            depth -= 1
+            open_joints.pop()
             put("}")
-        if not open_joints and parent >= 0:
-            raise ValueError("joints must be in depth-first order to be written")
+            put_sites()
 
     for joint, parent in enumerate(skeleton.parents.tolist()):
         close_until(parent)
-        put(("ROOT " if parent < 0 else "JOINT ") + skeleton.joint_names[joint])
+        if parent >= 0 and not open_joints:
+            raise ValueError("joints must be in depth-first order to be written")
+        name = skeleton.joint_names[joint]
+        if _joint_name(f"JOINT {name}") != name or set(name) & set("\r\n\0"):
+            raise ValueError(f"a BVH file cannot hold the joint name {name!r}")
+        put(("ROOT " if parent < 0 else "JOINT ") + name)
         put("{")
-        depth += 1
         open_joints.append(joint)
         put("OFFSET " + " ".join(map(repr, skeleton.offsets[joint].tolist())))
         names = skeleton.channel_names[joint]
         put(" ".join(["CHANNELS", str(len(names)), *names]))
+        put_sites()
     close_until(-1)
+    if sites:
+        raise ValueError("End Sites must be in depth-first order to be written")
     return lines

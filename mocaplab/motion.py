@@ -6,8 +6,8 @@ returns a new one. Letters in shapes: T frames, J joints, C channels, E end site
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass, replace
+from difflib import get_close_matches
 from functools import cached_property
 
 import numpy as np
@@ -57,8 +57,8 @@ class Skeleton:
     Raises
     ------
     ValueError
-        If shapes disagree, a name comes twice, a parent follows its child, or a
-        channel is not one of ``CHANNEL_NAMES``.
+        If shapes disagree, a name comes twice, a parent follows its child, an offset
+        is not finite, there is no channel, or one that is not in ``CHANNEL_NAMES``.
     """
 
     joint_names: tuple[str, ...]
@@ -69,6 +69,8 @@ class Skeleton:
     end_site_offsets: FloatArray
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "joint_names", tuple(self.joint_names))
+        object.__setattr__(self, "channel_names", tuple(map(tuple, self.channel_names)))
         for field in ("parents", "end_site_parents"):
             object.__setattr__(self, field, _frozen(getattr(self, field), np.int64))
         for field in ("offsets", "end_site_offsets"):
@@ -88,12 +90,15 @@ class Skeleton:
             (self.parents[1:] >= 0) & (self.parents[1:] < np.arange(1, n))
         ):
             raise ValueError("joint 0 must be the root (parent -1) and parents precede children")
-        e = len(self.end_site_parents)
-        if self.end_site_offsets.shape != (e, 3):
+        e = self.end_site_parents.size
+        if self.end_site_parents.shape != (e,) or self.end_site_offsets.shape != (e, 3):
             raise ValueError(
-                f"{e} end sites need offsets of shape ({e}, 3), got {self.end_site_offsets.shape}"
+                f"{e} end sites need parents of shape ({e},) and offsets of shape ({e}, 3), "
+                f"got {self.end_site_parents.shape} and {self.end_site_offsets.shape}"
             )
-        if e and not np.all((self.end_site_parents >= 0) & (self.end_site_parents < n)):
+        if not (np.isfinite(self.offsets).all() and np.isfinite(self.end_site_offsets).all()):
+            raise ValueError("offsets must be finite numbers")
+        if not np.all((self.end_site_parents >= 0) & (self.end_site_parents < n)):
             raise ValueError(f"end_site_parents must lie between 0 and {n - 1}")
         if len(self.channel_names) != n:
             raise ValueError(f"channel_names must list {n} joints, got {len(self.channel_names)}")
@@ -101,6 +106,8 @@ class Skeleton:
             unknown = [c for c in channels if c not in CHANNEL_NAMES]
             if unknown or len(set(channels)) != len(channels):
                 raise ValueError(f"joint {name!r} has unknown or repeated channels: {channels}")
+        if not any(self.channel_names):
+            raise ValueError("a skeleton needs at least one channel")
 
     @property
     def n_joints(self) -> int:
@@ -116,7 +123,7 @@ class Skeleton:
     def channel_joint(self) -> IntArray:
         """The joint of every channel, shape (C,)."""
         counts = [len(channels) for channels in self.channel_names]
-        return np.repeat(np.arange(self.n_joints), counts)
+        return _frozen(np.repeat(np.arange(self.n_joints), counts), np.int64)
 
     @cached_property
     def channel_kind(self) -> tuple[str, ...]:
@@ -134,7 +141,7 @@ class Skeleton:
     @cached_property
     def is_rotation(self) -> BoolArray:
         """True for the channels that hold an angle, shape (C,)."""
-        return np.array([kind.endswith("rotation") for kind in self.channel_kind], dtype=bool)
+        return _frozen([kind.endswith("rotation") for kind in self.channel_kind], np.bool_)
 
     @cached_property
     def is_cleaned(self) -> BoolArray:
@@ -143,7 +150,7 @@ class Skeleton:
         These are the angles of every joint but the root: both the root's path and
         its heading are assumed clean (paper A, section 4).
         """
-        return self.is_rotation & (self.channel_joint > 0)
+        return _frozen(self.is_rotation & (self.channel_joint > 0), np.bool_)
 
     def channel_index(self, label: str) -> int:
         """Return the index of a channel such as ``"LeftLeg.Xrotation"``.
@@ -155,9 +162,8 @@ class Skeleton:
         """
         if label in self.channel_labels:
             return self.channel_labels.index(label)
-        joint = re.split(r"\.", label)[0].lower()
-        near = [known for known in self.channel_labels if joint in known.lower()]
-        raise ValueError(f"no channel {label!r}; did you mean one of {near[:6] or '...'}?")
+        near = get_close_matches(label, self.channel_labels, cutoff=0.0)
+        raise ValueError(f"no channel {label!r}; the nearest names are {', '.join(near)}")
 
     def same_as(self, other: Skeleton) -> bool:
         """Tell whether joints, parents and channels agree (bone lengths may differ)."""
@@ -196,6 +202,7 @@ class Motion:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "channels", _frozen(self.channels, np.float64))
+        object.__setattr__(self, "frame_time", float(self.frame_time))
         expected = f"(T, {self.skeleton.n_channels}) with T > 0"
         shape = self.channels.shape
         if len(shape) != 2 or shape[1] != self.skeleton.n_channels or shape[0] == 0:
@@ -276,3 +283,18 @@ class Corrupted:
             frame, channel = np.argwhere(disagree)[0]
             label = self.clean.skeleton.channel_labels[channel]
             raise ValueError(f"mask and NaN disagree at frame {frame}, channel {label}")
+
+
+def moving_channels(motion: Motion) -> BoolArray:
+    """Tell which of the cleaned channels move at all, shape (C,).
+
+    A channel moves if its standard deviation over the clip is at least
+    ``CONSTANT_STD_DEG``. Fingers and collars of many files do not.
+    """
+    values = motion.channels
+    observed = ~np.isnan(values)
+    count = np.maximum(observed.sum(axis=0), 1)
+    mean = np.where(observed, values, 0.0).sum(axis=0) / count
+    variance = np.where(observed, (values - mean) ** 2, 0.0).sum(axis=0) / count
+    moving: BoolArray = np.sqrt(variance) >= CONSTANT_STD_DEG
+    return moving & motion.skeleton.is_cleaned

@@ -53,7 +53,7 @@ def euler_to_matrix(angles_deg: ArrayLike, order: str) -> FloatArray:
     array, shape (..., 3, 3)
     """
     angles = np.radians(np.asarray(angles_deg, dtype=np.float64))
-    if angles.shape[-1] != len(order) or not order or set(order) - set("XYZ"):
+    if not order or angles.shape[-1:] != (len(order),) or set(order) - set("XYZ"):
         raise ValueError(f"order {order!r} does not fit angles of shape {angles.shape}")
     matrix = axis_angle_to_matrix(order[0], angles[..., 0])
     for i, axis in enumerate(order[1:], start=1):
@@ -80,8 +80,9 @@ def matrix_to_rotation_vector(matrix: ArrayLike) -> FloatArray:
 
 
 def wrap_degrees(angles_deg: ArrayLike) -> FloatArray:
-    """Bring angles into [-180, 180) degrees."""
-    return (np.asarray(angles_deg, dtype=np.float64) + 180.0) % 360.0 - 180.0
+    """Bring angles into [-180, 180) degrees, without any rounding."""
+    angles = np.fmod(np.asarray(angles_deg, dtype=np.float64), 360.0)
+    return angles - 360.0 * (angles >= 180.0) + 360.0 * (angles < -180.0)
 
 
 def alternate_euler(angles_deg: ArrayLike, order: str) -> FloatArray:
@@ -94,8 +95,15 @@ def alternate_euler(angles_deg: ArrayLike, order: str) -> FloatArray:
     Parameters
     ----------
     angles_deg : array, shape (..., 3), degrees
-    order : str of three letters
+    order : str of three letters, neighbours different
+
+    Raises
+    ------
+    ValueError
+        For any other order.
     """
+    if len(order) != 3 or set(order) - set("XYZ") or order[1] in (order[0], order[2]):
+        raise ValueError(f"expected three letters out of XYZ, neighbours different, got {order!r}")
     angles = np.asarray(angles_deg, dtype=np.float64)
     middle = -angles[..., 1] if order[0] == order[2] else 180.0 - angles[..., 1]
     return np.stack([angles[..., 0] + 180.0, middle, angles[..., 2] + 180.0], axis=-1)
@@ -107,17 +115,25 @@ def align_euler(angles_deg: ArrayLike, reference_deg: ArrayLike, order: str) -> 
     Parameters
     ----------
     angles_deg, reference_deg : array, shape (..., 3), degrees
+        NaN in the angles stays NaN; NaN in the reference leaves that angle's turns.
     order : str of three letters
 
     Returns
     -------
     array, shape (..., 3), degrees: the same rotations as ``angles_deg``
     """
+    angles = np.asarray(angles_deg, dtype=np.float64)
     reference = np.asarray(reference_deg, dtype=np.float64)
-    same = reference + wrap_degrees(np.asarray(angles_deg) - reference)
-    other = reference + wrap_degrees(alternate_euler(angles_deg, order) - reference)
+    reference = np.where(np.isnan(reference), angles, reference)
+    same = _nearest_turn(angles, reference)
+    other = _nearest_turn(alternate_euler(angles, order), reference)
     nearer = np.linalg.norm(other - reference, axis=-1) < np.linalg.norm(same - reference, axis=-1)
     return np.where(nearer[..., None], other, same)
+
+
+def _nearest_turn(angles_deg: FloatArray, reference_deg: FloatArray) -> FloatArray:
+    """Add full turns; an angle that is near enough comes back bit for bit."""
+    return angles_deg + 360.0 * np.round((reference_deg - angles_deg) / 360.0)
 
 
 def continuity(angles_deg: ArrayLike, order: str) -> tuple[FloatArray, FloatArray]:
@@ -184,7 +200,8 @@ def rotation_triples(skeleton: Skeleton) -> list[tuple[int, list[int], str]]:
 def motion_continuity(motion: Motion) -> tuple[FloatArray, FloatArray]:
     """Find what makes a whole motion continuous; see :func:`continuity`.
 
-    Channels that are not part of a triple of rotations keep sign 1 and offset 0.
+    A joint with one or two rotations has no alternate: only full turns are undone.
+    Positions keep sign 1 and offset 0.
 
     Returns
     -------
@@ -192,8 +209,12 @@ def motion_continuity(motion: Motion) -> tuple[FloatArray, FloatArray]:
     """
     sign = np.ones_like(motion.channels)
     offset = np.zeros_like(motion.channels)
+    lone = motion.skeleton.is_rotation.copy()
     for _, columns, order in rotation_triples(motion.skeleton):
         sign[:, columns], offset[:, columns] = continuity(motion.channels[:, columns], order)
+        lone[columns] = False
+    held = _hold(motion.channels[:, lone])
+    offset[:, lone] = np.round(np.unwrap(held, axis=0, period=360.0) - held)
     return sign, offset
 
 
@@ -212,10 +233,23 @@ def align_to(motion: Motion, reference: Motion) -> Motion:
 
     Use it to compare two files, or to go back to a file's own convention: the pose
     of every frame stays the same. See :func:`align_euler`.
+
+    Raises
+    ------
+    ValueError
+        If the two have different joints, channels or numbers of frames.
     """
-    channels = motion.channels.copy()
-    for _, columns, order in rotation_triples(motion.skeleton):
-        channels[:, columns] = align_euler(
-            channels[:, columns], reference.channels[:, columns], order
+    if not motion.skeleton.same_as(reference.skeleton) or motion.n_frames != reference.n_frames:
+        raise ValueError(
+            f"motion {motion.name!r} ({motion.n_frames} frames) and reference "
+            f"{reference.name!r} ({reference.n_frames} frames) must have the same joints, "
+            f"channels and number of frames"
         )
+    channels = motion.channels.copy()
+    nearest = np.where(np.isnan(reference.channels), channels, reference.channels)
+    lone = motion.skeleton.is_rotation.copy()
+    for _, columns, order in rotation_triples(motion.skeleton):
+        channels[:, columns] = align_euler(channels[:, columns], nearest[:, columns], order)
+        lone[columns] = False
+    channels[:, lone] = _nearest_turn(channels[:, lone], nearest[:, lone])
     return motion.with_channels(channels)

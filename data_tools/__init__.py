@@ -1,0 +1,1 @@
+"""Scripts that prepare the data and the models that come with mocaplab."""

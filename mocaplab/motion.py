@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int64]
+Scalar = TypeVar("Scalar", bound=np.generic)
 
 CHANNEL_NAMES = (
     "Xposition",
@@ -29,9 +31,9 @@ CONSTANT_STD_DEG = 1e-3
 """A channel that varies less than this is constant; files carry 1e-7 of jitter."""
 
 
-def _frozen(values: ArrayLike, dtype: type) -> NDArray[np.generic]:
+def _frozen(values: ArrayLike, dtype: type[Scalar]) -> NDArray[Scalar]:
     """Return a read-only copy that nobody else can write to."""
-    array = np.array(values, dtype=dtype)
+    array: NDArray[Scalar] = np.array(values, dtype=dtype)
     array.flags.writeable = False
     return array
 
@@ -236,7 +238,7 @@ class Motion:
     @property
     def time_s(self) -> FloatArray:
         """The time of every frame, shape (T,), seconds."""
-        return np.arange(self.n_frames) * self.frame_time
+        return np.arange(self.n_frames, dtype=np.float64) * self.frame_time
 
     def channel(self, label: str) -> FloatArray:
         """Return one channel over time, shape (T,), such as ``"LeftLeg.Xrotation"``."""

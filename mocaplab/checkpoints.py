@@ -1,0 +1,156 @@
+"""Save and load trained models: tensors and JSON, nothing that can be executed.
+
+A model file is a safetensors file. Its header holds one JSON text with all that is
+not a tensor.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from safetensors import SafetensorError, safe_open
+from safetensors.torch import save
+
+from mocaplab.files import write_atomically
+from mocaplab.motion import FloatArray, Skeleton
+from mocaplab.networks import EBF, EBFConfig
+from mocaplab.normalization import Normalizer
+
+FORMAT = "mocaplab-ebf-1"
+
+
+class CheckpointError(ValueError):
+    """A model file that cannot be used; the message says why."""
+
+
+@dataclass(frozen=True, eq=False)
+class Checkpoint:
+    """A trained EBF and all that it takes to use it.
+
+    Parameters
+    ----------
+    model : EBF
+    normalizer : Normalizer, fitted on the same training clips
+    channel_labels : tuple of C str
+        The channels of the whole file, such as ``"LeftLeg.Xrotation"``.
+    frame_time : float, seconds
+    gaussian_s : float, seconds
+        The single Gaussian width tuned on the training clips, the honest opponent.
+    gaussian_per_channel_s : array, shape (C,), seconds
+    info : dict
+        How it was trained: settings, seed, names of the clips, figures.
+    """
+
+    model: EBF
+    normalizer: Normalizer
+    channel_labels: tuple[str, ...]
+    frame_time: float
+    gaussian_s: float
+    gaussian_per_channel_s: FloatArray
+    info: dict[str, Any] = field(default_factory=dict)
+
+    def require(self, skeleton: Skeleton, frame_time: float, name: str) -> None:
+        """Refuse a motion that this model was not trained for.
+
+        Raises
+        ------
+        ValueError
+            If channels or frame rate differ; the message says how to train a model.
+        """
+        if skeleton.channel_labels != self.channel_labels:
+            ours, theirs = set(self.channel_labels), set(skeleton.channel_labels)
+            unknown = sorted({label.split(".")[0] for label in theirs - ours})
+            detail = f"; it does not know {', '.join(unknown[:4])}" if unknown else ""
+            raise ValueError(
+                f"{name}: the model was trained for another skeleton "
+                f"({len(self.channel_labels)} channels; this file has {len(theirs)}){detail}. "
+                f"Train one for yours with: mocaplab train FOLDER_OF_CLEAN_BVH -o model.safetensors"
+            )
+        if abs(frame_time / self.frame_time - 1) > 0.01:
+            raise ValueError(
+                f"{name}: the model was trained at {1 / self.frame_time:.4g} frames per second, "
+                f"this file has {1 / frame_time:.4g}. Resample it, or train a model on files of "
+                f"its rate with: mocaplab train FOLDER_OF_CLEAN_BVH -o model.safetensors"
+            )
+
+
+def save_checkpoint(checkpoint: Checkpoint, path: str | os.PathLike[str]) -> None:
+    """Write a model file; an older file of that name is replaced in one step."""
+    tensors = {f"model.{k}": v.contiguous() for k, v in checkpoint.model.state_dict().items()}
+    for name in ("mean", "std", "constant"):
+        tensors[f"normalizer.{name}"] = torch.from_numpy(getattr(checkpoint.normalizer, name))
+    tensors["gaussian_per_channel_s"] = torch.from_numpy(checkpoint.gaussian_per_channel_s)
+    header = {
+        "format": FORMAT,
+        "config": asdict(checkpoint.model.config),
+        "channel_labels": checkpoint.channel_labels,
+        "frame_time": checkpoint.frame_time,
+        "gaussian_s": checkpoint.gaussian_s,
+        "info": checkpoint.info,
+    }
+    write_atomically(path, save(tensors, {"mocaplab": json.dumps(header)}))
+
+
+def load_checkpoint(path: str | os.PathLike[str]) -> Checkpoint:
+    """Read a model file. Nothing in it is executed.
+
+    Raises
+    ------
+    CheckpointError
+        If it is not a model file of this version.
+    OSError
+        If it cannot be read.
+    """
+    tensors, header = read_tensors(path)
+    if header.get("format") != FORMAT:
+        raise CheckpointError(f"{path}: expected format {FORMAT}, got {header.get('format')}")
+    try:
+        model = EBF(EBFConfig(**header["config"]), seed=0)
+        model.load_state_dict(tensors_under(tensors, "model."))
+        normalizer = Normalizer(
+            **{k: v.numpy() for k, v in tensors_under(tensors, "normalizer.").items()}
+        )
+        return Checkpoint(
+            model=model.eval(),
+            normalizer=normalizer,
+            channel_labels=tuple(header["channel_labels"]),
+            frame_time=float(header["frame_time"]),
+            gaussian_s=float(header["gaussian_s"]),
+            gaussian_per_channel_s=np.asarray(tensors["gaussian_per_channel_s"]),
+            info=header["info"],
+        )
+    except (KeyError, TypeError, RuntimeError, AttributeError) as error:
+        reason = str(error).splitlines()[0]
+        raise CheckpointError(f"{path}: the model file is damaged ({reason})") from error
+
+
+def read_tensors(path: str | os.PathLike[str]) -> tuple[dict[str, torch.Tensor], dict[str, Any]]:
+    """Read the tensors and the JSON header of one of our safetensors files.
+
+    Raises
+    ------
+    CheckpointError
+        If it is another kind of file.
+    OSError
+        If it cannot be read.
+    """
+    if not Path(path).is_file():
+        raise FileNotFoundError(f"{path}: no such model file")
+    try:
+        with safe_open(str(path), framework="pt") as file:
+            header = json.loads((file.metadata() or {})["mocaplab"])
+            return {name: file.get_tensor(name) for name in file.keys()}, header  # noqa: SIM118
+    except (SafetensorError, KeyError, ValueError) as error:
+        raise CheckpointError(f"{path}: not a model file of mocaplab ({error})") from error
+
+
+def tensors_under(tensors: Mapping[str, torch.Tensor], prefix: str) -> dict[str, torch.Tensor]:
+    """Pick the tensors whose names begin with a prefix, and drop the prefix."""
+    return {k[len(prefix) :]: v for k, v in tensors.items() if k.startswith(prefix)}

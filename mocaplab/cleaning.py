@@ -1,0 +1,156 @@
+"""The cleaner: a noisy motion in, a clean motion out."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from importlib.resources import as_file, files
+
+import numpy as np
+import torch
+
+from mocaplab.checkpoints import Checkpoint, load_checkpoint
+from mocaplab.filters import filter_motion, lerp_gaps
+from mocaplab.kinematics import jitter, root_angular_velocity
+from mocaplab.motion import BoolArray, FloatArray, Motion, moving_channels
+from mocaplab.networks import adaptive_gaussian
+
+
+def shipped_checkpoint() -> Checkpoint:
+    """Load the EBF that comes with the package, trained on CMU clips of 31 joints."""
+    with as_file(files("mocaplab") / "data" / "ebf.safetensors") as path:
+        return load_checkpoint(path)
+
+
+class Cleaner:
+    """Clean motions with a trained EBF. Fits the :class:`mocaplab.filters.Denoiser` protocol.
+
+    Gaps are filled by straight lines, then every joint angle is smoothed with the widths
+    that the network predicts for it. The root, and channels that do not move, come out
+    exactly as they went in.
+
+    Parameters
+    ----------
+    model : Checkpoint, path of a model file, or None for the one in the package
+    """
+
+    def __init__(self, model: Checkpoint | str | os.PathLike[str] | None = None):
+        if model is None:
+            model = shipped_checkpoint()
+        elif not isinstance(model, Checkpoint):
+            model = load_checkpoint(model)
+        self.checkpoint = model
+
+    def clean(self, motion: Motion) -> Motion:
+        """Clean a motion whose gaps, if any, are NaN.
+
+        Raises
+        ------
+        ValueError
+            If the model was trained for another skeleton or frame rate, or a channel was
+            never observed.
+        """
+        return self.denoise(motion, ~np.isnan(motion.channels))
+
+    def denoise(self, observed: Motion, mask: BoolArray) -> Motion:
+        """Return the cleaned motion; see :class:`mocaplab.filters.Denoiser`."""
+        self.checkpoint.require(observed.skeleton, observed.frame_time, observed.name)
+        return filter_motion(observed, self._smooth)
+
+    def predict_sigma_s(self, motion: Motion) -> FloatArray:
+        """Predict how wide each angle is smoothed in each frame.
+
+        Parameters
+        ----------
+        motion : Motion
+            Continuous, without NaN: :func:`mocaplab.rotations.make_continuous`.
+
+        Returns
+        -------
+        array, shape (T, C), seconds; 0 for channels that are not smoothed
+        """
+        self.checkpoint.require(motion.skeleton, motion.frame_time, motion.name)
+        columns = motion.skeleton.is_cleaned
+        normalizer = self.checkpoint.normalizer
+        pose = normalizer.normalize(motion.channels, motion.channels.mean(axis=0))
+        inputs = pose[:, columns], root_angular_velocity(motion)
+        with torch.no_grad():
+            sigma = self.checkpoint.model(*(torch.from_numpy(x).float()[None] for x in inputs))
+        result = np.zeros_like(motion.channels)
+        result[:, columns] = sigma[0].numpy() * motion.frame_time
+        result[:, normalizer.constant | ~moving_channels(motion)] = 0.0
+        return result
+
+    def _smooth(self, motion: Motion) -> FloatArray:
+        """Apply the predicted filters to a continuous motion without gaps."""
+        sigma = self.predict_sigma_s(motion) / motion.frame_time
+        columns = sigma.any(axis=0)
+        # Around its mean, so that no digits are lost to the size of the angles.
+        mean = motion.channels[:, columns].mean(axis=0)
+        smooth = adaptive_gaussian(
+            torch.from_numpy(motion.channels[:, columns] - mean)[None],
+            torch.from_numpy(sigma[:, columns])[None],
+            self.checkpoint.model.config.radius,
+        )
+        result = motion.channels.copy()
+        result[:, columns] = smooth[0].numpy() + mean
+        return result
+
+
+@dataclass(frozen=True)
+class CleaningReport:
+    """What cleaning did to a motion."""
+
+    n_channels: int
+    n_changed: int  # channels with at least one changed sample
+    n_filled: int  # samples that were inside gaps
+    jitter_before: float  # file length units per second cubed, gaps filled by lerp
+    jitter_after: float
+    rms_change_deg: float  # over the changed channels
+    largest_change_deg: float
+    largest_channel: str  # where the largest change was made
+    largest_frame: int
+
+    def __str__(self) -> str:
+        if not self.n_changed:
+            return "nothing was changed"
+        fewer = 100 * (1 - self.jitter_after / self.jitter_before) if self.jitter_before else 0
+        lines = [
+            f"jitter (mean joint jerk)  before {self.jitter_before:,.0f}  "
+            f"after {self.jitter_after:,.0f} units/s^3  ({-fewer:+.0f} %)",
+            f"changed   {self.n_changed} of {self.n_channels} channels, "
+            f"by {self.rms_change_deg:.2f} degrees RMS",
+            f"largest   {self.largest_change_deg:.1f} degrees at {self.largest_channel}, "
+            f"frame {self.largest_frame}",
+            f"as before {self.n_channels - self.n_changed} channels: the root and those that "
+            f"do not move",
+        ]
+        if self.n_filled:
+            lines.append(f"filled    {self.n_filled} samples inside gaps")
+        return "\n".join(lines)
+
+
+def report_changes(before: Motion, after: Motion) -> CleaningReport:
+    """Compare a motion before and after cleaning.
+
+    Parameters
+    ----------
+    before, after : Motion
+        Of one skeleton and length; ``before`` may have NaN.
+    """
+    gaps = np.isnan(before.channels)
+    filled = lerp_gaps(before)
+    change = np.abs(after.channels - filled.channels)
+    changed = change.any(axis=0)
+    frame, channel = np.unravel_index(np.argmax(change), change.shape)
+    return CleaningReport(
+        n_channels=before.skeleton.n_channels,
+        n_changed=int(changed.sum()),
+        n_filled=int(gaps.sum()),
+        jitter_before=jitter(filled),
+        jitter_after=jitter(after),
+        rms_change_deg=float(np.sqrt(np.mean(change[:, changed] ** 2))) if changed.any() else 0.0,
+        largest_change_deg=float(change[frame, channel]),
+        largest_channel=before.skeleton.channel_labels[channel],
+        largest_frame=int(frame),
+    )

@@ -1,0 +1,160 @@
+"""The command line: mocaplab clean, corrupt, train, evaluate, info."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Sequence
+
+from mocaplab import __version__, commands
+
+_EXAMPLES = """\
+examples:
+  mocaplab clean noisy.bvh -o clean.bvh       clean a file with the trained network
+  mocaplab info walk.bvh                      what is in a file
+  mocaplab corrupt walk.bvh --noise 0.5 --seed 1 -o noisy.bvh
+  mocaplab evaluate --reference walk.bvh noisy.bvh clean.bvh
+  mocaplab train my_clips -o my_model.safetensors
+
+"mocaplab COMMAND --help" explains a command.
+"""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line and return its exit code: 0 done, 2 refused, 130 stopped."""
+    parser = _parser()
+    options = parser.parse_args(arguments)
+    try:
+        options.run(options)
+    except (ValueError, OSError, FloatingPointError) as error:
+        print(f"mocaplab {options.command}: error: {_one_line(error)}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print("stopped", file=sys.stderr)
+        return 130
+    return 0
+
+
+def _one_line(error: Exception) -> str:
+    if isinstance(error, OSError) and error.strerror and error.filename:
+        return f"{error.filename}: {error.strerror}"
+    return " ".join(str(error).split())
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="mocaplab",
+        description="Clean motion capture files, and learn how it is done.",
+        epilog=_EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--version", action="version", version=f"mocaplab {__version__}")
+    subparsers = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+
+    def add(
+        run: Callable[[argparse.Namespace], None], summary: str, epilog: str
+    ) -> argparse.ArgumentParser:
+        command = subparsers.add_parser(
+            run.__name__,
+            help=summary,
+            description=f"{summary[0].upper()}{summary[1:]}.",
+            epilog=epilog,
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+        )
+        command.set_defaults(run=run)
+        return command
+
+    clean = add(
+        commands.clean,
+        "clean a noisy BVH file",
+        "The root, joints that do not move, the hierarchy, the channel order and the frame time\n"
+        "come out exactly as they went in.\n\n"
+        "example:\n  mocaplab clean noisy.bvh -o clean.bvh",
+    )
+    clean.add_argument("file", metavar="IN.bvh", help="the file to clean")
+    _add_output(clean, "OUT.bvh", "the cleaned file")
+    _add_model(clean)
+
+    corrupt = add(
+        commands.corrupt,
+        "add noise to a clean BVH file, to have something to clean",
+        "example:\n  mocaplab corrupt walk.bvh --noise 0.5 --seed 1 -o noisy.bvh",
+    )
+    corrupt.add_argument("file", metavar="IN.bvh", help="a clean file")
+    _add_output(corrupt, "OUT.bvh", "the noisy file")
+    _add_noise(corrupt)
+
+    train = add(
+        commands.train,
+        "train a cleaner on a folder of clean BVH files",
+        "All files must share one skeleton and frame rate. An interrupted training goes on\n"
+        "where it stopped when the same command is given again.\n\n"
+        "example:\n  mocaplab train my_clips -o my_model.safetensors\n"
+        "  mocaplab clean noisy.bvh -o clean.bvh --model my_model.safetensors",
+    )
+    train.add_argument("folder", metavar="FOLDER", help="folder of clean .bvh files")
+    _add_output(train, "MODEL", "the trained model, a .safetensors file")
+    train.add_argument(
+        "--epochs", type=int, default=200, help="passes over the clips (default: %(default)s)"
+    )
+    train.add_argument(
+        "--seed", type=int, default=0, help="the same seed gives the same model (default: 0)"
+    )
+    train.add_argument(
+        "--holdout",
+        type=float,
+        default=0.14,
+        metavar="SHARE",
+        help="share of the clips kept for the final test, 0 for none (default: %(default)s)",
+    )
+
+    evaluate = add(
+        commands.evaluate,
+        "measure how well cleaning works, against tuned Gaussian filters",
+        "With clean clips, noise is added, every method cleans it, and the table shows the\n"
+        "error that is left. With --reference, the given files are compared with a clean one.\n\n"
+        "examples:\n"
+        "  mocaplab evaluate my_clips --noise 0.5\n"
+        "  mocaplab evaluate --reference walk.bvh noisy.bvh clean.bvh",
+    )
+    evaluate.add_argument(
+        "paths", nargs="+", metavar="PATH", help="BVH files, or one folder of clean BVH files"
+    )
+    evaluate.add_argument(
+        "--reference", metavar="CLEAN.bvh", help="compare the files with this clean one"
+    )
+    evaluate.add_argument(
+        "--repeats", type=int, default=5, help="times that fresh noise is drawn (default: 5)"
+    )
+    evaluate.add_argument(
+        "--all-clips", action="store_true", help="also score clips that the model was trained on"
+    )
+    _add_noise(evaluate)
+    _add_model(evaluate)
+
+    info = add(commands.info, "tell what is in a BVH file", "example:\n  mocaplab info walk.bvh")
+    info.add_argument("file", metavar="FILE.bvh")
+    return parser
+
+
+def _add_output(parser: argparse.ArgumentParser, metavar: str, text: str) -> None:
+    parser.add_argument("-o", "--output", required=True, metavar=metavar, help=text)
+
+
+def _add_noise(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--noise",
+        type=float,
+        default=0.5,
+        metavar="K",
+        help="noise of K times each channel's own deviation (default: %(default)s, which is 6 dB)",
+    )
+    parser.add_argument(
+        "--seed", type=int, default=0, help="the same seed gives the same noise (default: 0)"
+    )
+
+
+def _add_model(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--model", metavar="MODEL", help="a model made by mocaplab train (default: the shipped one)"
+    )

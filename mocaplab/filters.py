@@ -1,0 +1,156 @@
+"""Classical cleaning: linear interpolation over gaps and Gaussian smoothing.
+
+Widths are in seconds, never in frames, so that 30 and 120 frames per second agree.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mocaplab.motion import BoolArray, Corrupted, FloatArray, Motion, moving_channels
+from mocaplab.rotations import motion_continuity
+
+SIGMA_GRID_S = np.round(np.geomspace(0.004, 0.25, 37), 4)
+"""The widths that tuning tries, in seconds."""
+
+
+class Denoiser(Protocol):
+    """Whatever cleans a motion. It never receives the clean one."""
+
+    def denoise(self, observed: Motion, mask: BoolArray) -> Motion:
+        """Return the cleaned motion.
+
+        Parameters
+        ----------
+        observed : Motion
+            NaN inside gaps.
+        mask : array, shape (T, C), bool
+            True where a sample was observed.
+        """
+        ...
+
+
+def lerp_gaps(motion: Motion) -> Motion:
+    """Fill gaps (NaN) by straight lines between their ends.
+
+    A gap at the start or the end of the clip is filled with the nearest observed value.
+
+    Raises
+    ------
+    ValueError
+        If a channel was never observed; the message names it.
+    """
+    channels = motion.channels.copy()
+    frames = np.arange(len(channels))
+    for channel in np.flatnonzero(np.isnan(channels).any(axis=0)):
+        observed = ~np.isnan(channels[:, channel])
+        if not observed.any():
+            label = motion.skeleton.channel_labels[channel]
+            raise ValueError(f"channel {label} was never observed, so its gaps cannot be filled")
+        channels[:, channel] = np.interp(frames, frames[observed], channels[observed, channel])
+    return motion.with_channels(channels)
+
+
+def gaussian_filter(values: ArrayLike, sigma_s: ArrayLike, frame_time: float) -> FloatArray:
+    """Smooth each channel with a Gaussian window.
+
+    The window reaches 4 sigma to each side. At the ends of the clip the signal is
+    continued by its mirror image, which scored best of five ways on real clips.
+
+    Parameters
+    ----------
+    values : array, shape (T, C)
+    sigma_s : float or array, shape (C,), seconds; 0 leaves a channel as it is
+    frame_time : float, seconds
+
+    Returns
+    -------
+    array, shape (T, C)
+    """
+    values = np.asarray(values, dtype=np.float64)
+    sigma = np.broadcast_to(np.asarray(sigma_s, dtype=np.float64), values.shape[1:]) / frame_time
+    if not (np.isfinite(sigma).all() and (sigma >= 0).all()):
+        raise ValueError(f"sigma must be 0 or more seconds, got {sigma_s!r}")
+    radius = int(np.ceil(4 * sigma.max(initial=0)))
+    taps = np.arange(-radius, radius + 1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        weights = np.exp(-0.5 * (taps[:, None] / sigma) ** 2)  # (taps, C)
+    weights[radius] = 1.0  # 0 / 0 where sigma is 0
+    weights /= weights.sum(axis=0)
+    padded = np.pad(values, ((radius, radius), (0, 0)), mode="symmetric")
+    result = np.zeros_like(values)
+    for tap in range(len(taps)):
+        result += weights[tap] * padded[tap : tap + len(values)]
+    return result
+
+
+def filter_motion(observed: Motion, smooth: Callable[[Motion], FloatArray]) -> Motion:
+    """Do what every cleaner does around its filter.
+
+    The angles are made continuous, gaps are filled by lerp, the filter is applied, and
+    the result is put back into the file's own Euler convention. The root and channels
+    that do not move are returned exactly as they came.
+
+    Parameters
+    ----------
+    observed : Motion
+        NaN inside gaps.
+    smooth : function
+        Takes the continuous, filled motion and returns its channels, shape (T, C).
+    """
+    sign, offset = motion_continuity(observed)
+    filled = lerp_gaps(observed.with_channels(sign * observed.channels + offset))
+    cleaned = np.where(moving_channels(observed), smooth(filled), filled.channels)
+    restored = sign * (cleaned - offset)
+    changed = cleaned != filled.channels
+    keep = ~changed & ~np.isnan(observed.channels)
+    return observed.with_channels(np.where(keep, observed.channels, restored))
+
+
+class GaussianDenoiser:
+    """Lerp over gaps, then one Gaussian for all channels or one a channel.
+
+    Parameters
+    ----------
+    sigma_s : float or array, shape (C,), seconds
+    """
+
+    def __init__(self, sigma_s: ArrayLike):
+        self.sigma_s = np.asarray(sigma_s, dtype=np.float64)
+
+    def denoise(self, observed: Motion, mask: BoolArray) -> Motion:
+        """Return the smoothed motion; see :class:`Denoiser`."""
+        return filter_motion(
+            observed, lambda m: gaussian_filter(m.channels, self.sigma_s, m.frame_time)
+        )
+
+
+def tune_gaussian(clips: Iterable[Corrupted]) -> tuple[float, FloatArray]:
+    """Find the Gaussian widths with the smallest squared error on training clips.
+
+    Parameters
+    ----------
+    clips : Corrupted clips of one skeleton; never test clips
+
+    Returns
+    -------
+    sigma_s : float, seconds
+        The best single width for all channels.
+    sigma_per_channel_s : array, shape (C,), seconds
+        The best width of each channel; the single one where a channel never moves.
+    """
+    errors = []
+    for clip in clips:
+        filled = lerp_gaps(clip.observed)
+        smoothed = (gaussian_filter(filled.channels, s, filled.frame_time) for s in SIGMA_GRID_S)
+        errors.append([np.sum((x - clip.clean.channels) ** 2, axis=0) for x in smoothed])
+    if not errors:
+        raise ValueError("tuning needs at least one training clip")
+    error = np.sum(errors, axis=0)  # (widths, C)
+    single = float(SIGMA_GRID_S[np.argmin(error.sum(axis=1))])
+    moves = np.ptp(error, axis=0) > 0
+    return single, np.where(moves, SIGMA_GRID_S[np.argmin(error, axis=0)], single)

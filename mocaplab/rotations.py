@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mocaplab.motion import FloatArray, Motion, Skeleton
+from mocaplab.motion import BoolArray, FloatArray, Motion, Skeleton
 
 
 def axis_angle_to_matrix(axis: str, angle_rad: ArrayLike) -> FloatArray:
@@ -81,8 +81,9 @@ def matrix_to_rotation_vector(matrix: ArrayLike) -> FloatArray:
 
 def wrap_degrees(angles_deg: ArrayLike) -> FloatArray:
     """Bring angles into [-180, 180) degrees, without any rounding."""
-    angles = np.fmod(np.asarray(angles_deg, dtype=np.float64), 360.0)
-    return angles - 360.0 * (angles >= 180.0) + 360.0 * (angles < -180.0)
+    angles: FloatArray = np.fmod(np.asarray(angles_deg, dtype=np.float64), 360.0)
+    angles = np.where(angles >= 180.0, angles - 360.0, angles)
+    return np.where(angles < -180.0, angles + 360.0, angles)
 
 
 def alternate_euler(angles_deg: ArrayLike, order: str) -> FloatArray:
@@ -147,7 +148,7 @@ def continuity(angles_deg: ArrayLike, order: str) -> tuple[FloatArray, FloatArra
     The alternate triple is a mirror image that keeps distances, and its alternate is
     the triple itself. So whether frame t leaves the branch of frame t - 1 does not
     depend on the branch that frame t - 1 was in, and one cumulative sum does what
-    looks like a loop over frames.
+    looks like a loop over frames. Where angles are missing, it is a loop.
 
     Parameters
     ----------
@@ -157,18 +158,40 @@ def continuity(angles_deg: ArrayLike, order: str) -> tuple[FloatArray, FloatArra
     Returns
     -------
     sign, offset : arrays, shape (T, ..., 3)
-        Plus or minus 1, and a multiple of 180 degrees. Frame 0 stays as it is.
+        Plus or minus 1, and a multiple of 180 degrees. Frame 0 stays as it is. Both
+        go on through gaps, so that a filled gap can be put back too.
     """
-    angles = _hold(np.asarray(angles_deg, dtype=np.float64))
+    angles = np.asarray(angles_deg, dtype=np.float64)
     other = alternate_euler(angles, order)
-    stay = np.linalg.norm(wrap_degrees(angles[1:] - angles[:-1]), axis=-1)
-    switch = np.linalg.norm(wrap_degrees(other[1:] - angles[:-1]), axis=-1)
+    if np.isnan(angles).any():
+        on_other_branch, continuous = _follow(angles, other)
+    else:
+        stay = np.linalg.norm(wrap_degrees(angles[1:] - angles[:-1]), axis=-1)
+        switch = np.linalg.norm(wrap_degrees(other[1:] - angles[:-1]), axis=-1)
+        on_other_branch = np.zeros((*angles.shape[:-1], 1), dtype=bool)
+        on_other_branch[1:, ..., 0] = np.cumsum(switch < stay, axis=0) % 2 == 1
+        continuous = np.unwrap(np.where(on_other_branch, other, angles), axis=0, period=360.0)
+    turns = np.round((continuous - np.where(on_other_branch, other, angles)) / 360.0)
+    sign = np.where(on_other_branch, [1.0, -1.0, 1.0], 1.0)
+    half_turns = np.where(on_other_branch, alternate_euler(np.zeros(3), order), 0.0)
+    return sign, half_turns + 360.0 * _hold(turns)
+
+
+def _follow(angles: FloatArray, other: FloatArray) -> tuple[BoolArray, FloatArray]:
+    """Go from frame to frame, comparing each angle with the last one that was observed."""
     on_other_branch = np.zeros((*angles.shape[:-1], 1), dtype=bool)
-    on_other_branch[1:, ..., 0] = np.cumsum(switch < stay, axis=0) % 2 == 1
-    continuous = np.unwrap(np.where(on_other_branch, other, angles), axis=0, period=360.0)
-    sign = np.ones_like(angles)
-    sign[..., 1:2][on_other_branch] = -1.0
-    return sign, 180.0 * np.round((continuous - sign * angles) / 180.0)
+    continuous = angles.copy()
+    last = _hold(angles)[0]
+    for t in range(1, len(angles)):
+        stay, switch = wrap_degrees(angles[t] - last), wrap_degrees(other[t] - last)
+        nearer = np.nansum(switch**2, axis=-1) < np.nansum(stay**2, axis=-1)
+        unseen = np.isnan(angles[t])
+        on_other_branch[t, ..., 0] = np.where(
+            unseen.all(axis=-1), on_other_branch[t - 1, ..., 0], nearer
+        )
+        continuous[t] = last + np.where(on_other_branch[t], switch, stay)
+        last = np.where(unseen, last, continuous[t])
+    return on_other_branch, continuous
 
 
 def _hold(values: FloatArray) -> FloatArray:
@@ -210,11 +233,14 @@ def motion_continuity(motion: Motion) -> tuple[FloatArray, FloatArray]:
     sign = np.ones_like(motion.channels)
     offset = np.zeros_like(motion.channels)
     lone = motion.skeleton.is_rotation.copy()
+    columns_of_order: dict[str, list[list[int]]] = {}  # all joints of one order go together
     for _, columns, order in rotation_triples(motion.skeleton):
-        sign[:, columns], offset[:, columns] = continuity(motion.channels[:, columns], order)
+        columns_of_order.setdefault(order, []).append(columns)
         lone[columns] = False
+    for order, triples in columns_of_order.items():
+        sign[:, triples], offset[:, triples] = continuity(motion.channels[:, triples], order)
     held = _hold(motion.channels[:, lone])
-    offset[:, lone] = np.round(np.unwrap(held, axis=0, period=360.0) - held)
+    offset[:, lone] = 360.0 * np.round((np.unwrap(held, axis=0, period=360.0) - held) / 360.0)
     return sign, offset
 
 

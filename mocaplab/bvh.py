@@ -8,13 +8,13 @@ The reader is strict: what is not a BVH file is refused with the line that shows
 from __future__ import annotations
 
 import os
-import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from mocaplab.files import write_atomically
 from mocaplab.motion import CHANNEL_NAMES, FloatArray, Motion, Skeleton
 
 _CHANNEL_SPELLING = {name.lower(): name for name in CHANNEL_NAMES}
@@ -273,8 +273,7 @@ def _read_frames(reader: _Lines, n_frames: int, n_channels: int) -> FloatArray:
 
 def _frames_error(reader: _Lines, n_frames: int, n_channels: int) -> BVHError:
     """Find the first line of the motion block that is wrong."""
-    frames = 0
-    number = reader.number
+    frames, last = 0, reader.number
     for number, words in reader.rest():
         for word in words:
             _number(reader, word, number)
@@ -282,10 +281,10 @@ def _frames_error(reader: _Lines, n_frames: int, n_channels: int) -> BVHError:
             continue
         if len(words) != n_channels:
             return reader.error(f"{n_channels} numbers", f"{len(words)}", number)
-        frames += 1
+        frames, last = frames + 1, number
         if frames > n_frames:
             return reader.error(f"{n_frames} frames, as declared", "one more", number)
-    return reader.error(f"{n_frames} frames, as declared", f"{frames}", number)
+    return reader.error(f"{n_frames} frames, as declared", f"{frames}", last)
 
 
 def _is_count(word: str) -> bool:
@@ -341,31 +340,6 @@ def save_bvh(motion: Motion, path: str | os.PathLike[str]) -> None:
     write_atomically(path, "\n".join(lines) + "\n")
 
 
-def write_atomically(path: str | os.PathLike[str], content: str | bytes) -> None:
-    """Write a file so that nobody ever sees half of it.
-
-    Raises
-    ------
-    OSError
-        If the file cannot be written; an older file of that name is then unharmed.
-    """
-    path = Path(path).resolve()  # write through a link, do not replace it
-    if path.is_dir():
-        raise IsADirectoryError(f"cannot write {path}: it is a folder")
-    data = content.encode() if isinstance(content, str) else content
-    handle, temporary = tempfile.mkstemp(prefix=".saving-", dir=path.parent)
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(data)
-        umask = os.umask(0)
-        os.umask(umask)
-        os.chmod(temporary, 0o666 & ~umask)  # mkstemp makes files that only we may read
-        os.replace(temporary, path)
-    except BaseException:
-        os.unlink(temporary)
-        raise
-
-
 def _hierarchy_lines(skeleton: Skeleton) -> list[str]:
     """Write the joints in file order, which is depth first."""
     lines = ["HIERARCHY"]
@@ -396,7 +370,7 @@ def _hierarchy_lines(skeleton: Skeleton) -> list[str]:
         if parent >= 0 and not open_joints:
             raise ValueError("joints must be in depth-first order to be written")
         name = skeleton.joint_names[joint]
-        if _joint_name(f"JOINT {name}") != name or set(name) & set("\r\n\0"):
+        if not name or _joint_name(f"JOINT {name}") != name or set(name) & set("\r\n\0"):
             raise ValueError(f"a BVH file cannot hold the joint name {name!r}")
         put(("ROOT " if parent < 0 else "JOINT ") + name)
         put("{")

@@ -9,8 +9,8 @@ The model holds no recording, only statistics of a folder of CMU clips:
   time warp that brings the landmarks together, and the first two components across clips;
 * the recorded range and the mean angular acceleration of each channel, and the skeleton.
 
-Clips that would spoil a mean are left out by rule: a gait clip whose feet leave the
-floor's level by more than 15 cm (stairs), that turns by more than 30 degrees or whose
+Clips that would spoil a mean are left out by rule: a gait clip whose lower foot
+rises or sinks by more than 20 cm (stairs), that turns by more than 30 degrees or whose
 path is 5 percent longer than a straight line; a jump clip with more than one flight.
 """
 
@@ -43,7 +43,7 @@ N_HARMONICS = 8  # of the gait cycle: 7 Hz in a walk, 11 Hz in a run
 N_COSINES = 48  # half periods over a window of about 2 s: 11 Hz
 N_COMPONENTS = {"walk": 8, "run": 3, "jump": 2, "kick": 2}
 WINDOW_S = {"jump": (1.0, 0.8), "kick": (1.05, 0.95)}  # before the first, after the last landmark
-MAX_FOOT_CM, MAX_TURN_DEG, MAX_DETOUR = 15.0, 30.0, 1.05
+MAX_RISE_CM, MAX_TURN_DEG, MAX_DETOUR = 20.0, 30.0, 1.05
 FLIGHT_CM = 8.0
 SHORT_LEVER, SPIN_DEG = 2.0, 110.0
 
@@ -115,7 +115,7 @@ def load_clips(folder: Path) -> dict[str, list[Motion]]:
 def is_plain_gait(motion: Motion) -> bool:
     """Tell whether a clip is walking or running straight on, on a level floor."""
     heights_cm = foot_heights(motion).min(axis=1) * CM_PER_UNIT
-    if np.ptp(heights_cm) > MAX_FOOT_CM + FLIGHT_CM:
+    if np.ptp(heights_cm) > MAX_RISE_CM:
         return False
     forward = forward_kinematics(motion)[1][:, 0, :, 2]
     heading = np.unwrap(np.arctan2(forward[:, 0], forward[:, 2]))

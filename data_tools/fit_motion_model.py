@@ -25,7 +25,8 @@ from pathlib import Path
 import numpy as np
 from safetensors.numpy import save
 
-from mocaplab.bvh import load_bvh, write_atomically
+from mocaplab.bvh import load_bvh
+from mocaplab.files import write_atomically
 from mocaplab.kinematics import forward_kinematics
 from mocaplab.motion import CONSTANT_STD_DEG, FloatArray, Motion, Skeleton
 from mocaplab.rotations import alternate_euler, make_continuous, rotation_triples, wrap_degrees
@@ -267,7 +268,7 @@ def fit_window(
     )
     values[:, -2:] = np.gradient(values[:, -2:], FRAME_TIME, axis=0)
     basis = cosine_basis(time_s / knots_s[-1], N_COSINES)
-    return np.asarray(np.linalg.lstsq(basis, values, rcond=None)[0])
+    return np.asarray(np.linalg.solve(basis.T @ basis, basis.T @ values))
 
 
 def lever_arms(skeleton: Skeleton) -> FloatArray:

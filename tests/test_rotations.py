@@ -216,6 +216,20 @@ def test_continuity_is_not_disturbed_by_nan(order, hidden):
     np.testing.assert_allclose(wrap_degrees(shift), 0, atol=1e-9)
 
 
+def test_continuity_goes_on_through_a_gap():
+    """What fills a gap is put back on the branch and turn of the frame before the gap."""
+    planted = smooth_triples("ZYX", np.random.default_rng(8))
+    planted[50:] = alternate_euler(planted[50:], "ZYX")
+    planted[1:] = wrap_degrees(planted[1:])
+    planted[120:130] = planted[195:] = np.nan
+    planted[170:175, :2] = np.nan
+    sign, offset = continuity(planted, "ZYX")
+    assert offset[119].any()
+    for start, stop, channels in [(120, 130, [0, 1, 2]), (170, 175, [0, 1]), (195, 200, [0, 1, 2])]:
+        for held in (sign[:, channels], offset[:, channels]):
+            np.testing.assert_array_equal(held[start:stop], [held[start - 1]] * (stop - start))
+
+
 def test_continuity_of_a_channel_that_was_never_observed():
     path = smooth_triples("ZYX", np.random.default_rng(5))
     path[:, 1] = np.nan

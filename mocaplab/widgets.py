@@ -124,7 +124,7 @@ class SkeletonPlayer(anywidget.AnyWidget):
         """Draw five poses of every motion as a picture that needs no script."""
         size = self._meta["size"]
         width, height = 500, 130
-        scale = 0.72 * height / size
+        scale = 0.8 * height / size
         paths = []
         for values, motion, colour in zip(
             self._positions, self._meta["motions"], _COLOURS, strict=False
@@ -134,7 +134,7 @@ class SkeletonPlayer(anywidget.AnyWidget):
                 pose = values[min(frame, len(values) - 1)]
                 root = self._positions[0][frame, 0]
                 x = width * (i + 0.5) / 5 + scale * ((pose - root) @ (0.76, 0.0, -0.64))
-                y = 0.88 * height - scale * (pose[:, 1] - self._meta["ground"])
+                y = height / 2 - scale * (pose[:, 1] - self._meta["middle"])
                 d = "".join(f"M{x[a]:.0f} {y[a]:.0f}L{x[b]:.0f} {y[b]:.0f}" for a, b in bones)
                 paths.append(f'<path d="{d}" stroke="{colour}"/>')
         svg = (
@@ -226,15 +226,15 @@ def _bones(motion: Motion) -> list[list[int]]:
 
 
 def _scene(positions: FloatArray) -> dict[str, float]:
-    """Where the ground is, how tall a figure is, and a round width for the grid's cells."""
-    lowest = positions[..., 1].min(axis=1)
-    reach = np.linalg.norm(positions - positions[:, :1], axis=-1).max(axis=1)
-    size = float(2 * np.percentile(reach, 90)) or 1.0
-    # One frame of noise must not sink the floor, nor a jump raise it.
-    ground = float(np.percentile(lowest, 5))
+    """Where the ground is, how large a figure is, and a round width for the grid's cells."""
+    lowest, highest = positions[..., 1].min(axis=1), positions[..., 1].max(axis=1)
+    reach = np.linalg.norm((positions - positions[:, :1])[..., [0, 2]], axis=-1).max(axis=1)
+    # Percentiles: one frame of noise must not sink the floor, nor a jump raise it.
+    ground, top = float(np.percentile(lowest, 5)), float(np.percentile(highest, 95))
+    size = max(top - ground, 2 * float(np.percentile(reach, 90))) or 1.0
     power = 10.0 ** np.floor(np.log10(size / 4))
     cell = max(factor * power for factor in (1, 2, 5) if factor * power <= size / 4)
-    return {"ground": ground, "size": size, "cell": float(cell)}
+    return {"ground": ground, "middle": (ground + top) / 2, "size": size, "cell": float(cell)}
 
 
 def _quantise(positions: list[FloatArray]) -> tuple[list[np.ndarray], FloatArray, float]:

@@ -13,6 +13,8 @@ const CSS = `
 .mocaplab-player .bar { display: flex; flex-wrap: wrap; gap: 6px 10px; align-items: center;
   padding: 6px 10px; border-top: 1px solid var(--jp-border-color2, #ccc); }
 .mocaplab-player .bar.legend { border-top: 0; border-bottom: 1px solid var(--jp-border-color2, #ccc); }
+.mocaplab-player .together { display: inline-flex; gap: 6px; }
+.mocaplab-player select { width: auto; }
 .mocaplab-player .bar label { display: inline-flex; gap: 5px; align-items: center; margin: 0; }
 .mocaplab-player .swatch { display: inline-block; width: 22px; height: 5px; border-radius: 3px; }
 .mocaplab-player .hint { margin-left: auto; color: var(--jp-ui-font-color2, #595959); font-size: 12px; }
@@ -111,9 +113,10 @@ export function mount(element, data, onChange = () => {}) {
     canvas,
     make("div", { className: "bar" }, play, slider, readout,
       make("label", {}, "speed", speed),
-      button("−", "Zoom out", () => zoomBy(1 / 1.25)),
-      button("+", "Zoom in", () => zoomBy(1.25)),
-      button("Reset view", "Reset view", resetView)),
+      make("span", { className: "together" },
+        button("−", "Zoom out", () => zoomBy(1 / 1.25)),
+        button("+", "Zoom in", () => zoomBy(1.25)),
+        button("Reset view", "Reset view", resetView))),
   );
   element.replaceChildren(root);
   const pen = canvas.getContext("2d");
@@ -218,13 +221,13 @@ export function mount(element, data, onChange = () => {}) {
     // Follow the root of the first clip along the ground, not its bobbing.
     const first = data.motions[0];
     const at = 3 * first.points * Math.min(Math.floor(state.frame / step), first.frames - 1);
-    target = [data.positions[0][at], ground + 0.47 * size, data.positions[0][at + 2]];
+    target = [data.positions[0][at], data.middle, data.positions[0][at + 2]];
     const distance = 4 * size;
     turn = {
       cy: Math.cos(view.yaw), sy: Math.sin(view.yaw),
       cp: Math.cos(view.pitch), sp: Math.sin(view.pitch),
       distance,
-      focal: (distance * 0.72 * Math.min(H, W) * view.zoom) / size,
+      focal: (distance * 0.8 * Math.min(H, W) * view.zoom) / size,
     };
     drawGrid(ink);
     shown.forEach((visible, m) => {

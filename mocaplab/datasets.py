@@ -13,7 +13,7 @@ import numpy as np
 
 from mocaplab.bvh import load_bvh
 from mocaplab.kinematics import root_angular_velocity
-from mocaplab.motion import FloatArray, Motion, Skeleton, moving_channels
+from mocaplab.motion import FloatArray, IntArray, Motion, Skeleton, moving_channels
 from mocaplab.rotations import make_continuous
 
 
@@ -173,6 +173,7 @@ class Batch:
     observed: FloatArray  # (B, T, C), degrees, with noise
     clean: FloatArray  # (B, T, C), degrees
     center: FloatArray  # (B, 1, C), degrees: mean of the whole clip each piece is from
+    scale: FloatArray  # (B, 1, C), degrees: its standard deviation, 0 where it is still
     root_velocity: FloatArray  # (B, T, 3), radians per second
     weight: FloatArray  # (B, T): 1 for frames that the loss counts, 0 in margins
 
@@ -207,7 +208,12 @@ class Windows:
         self.scales = [clip.channels.std(axis=0) * moving_channels(clip) for clip in clips]
 
     def batches(
-        self, n_pieces: int, k_range: tuple[float, float], *, rng: np.random.Generator
+        self,
+        n_pieces: int,
+        k_range: tuple[float, float],
+        speed_range: tuple[float, float] = (1.0, 1.0),
+        *,
+        rng: np.random.Generator,
     ) -> Iterator[Batch]:
         """Yield one epoch: as many pieces as it takes to see every frame once on average.
 
@@ -215,26 +221,37 @@ class Windows:
         ----------
         n_pieces : int, pieces a batch
         k_range : (low, high); the noise amount of each piece is uniform between them
+        speed_range : (low, high); each piece is played faster or slower by a factor between
+            them, so that the network meets speeds that nobody recorded
         rng : numpy.random.Generator
         """
         n_counted = self.n_frames - 2 * self.margin
         n_batches = max(1, round(sum(self.lengths) / (n_counted * n_pieces)))
         share = np.array(self.lengths) / sum(self.lengths)
         for _ in range(n_batches):
-            yield self._batch(rng.choice(len(share), n_pieces, p=share), k_range, rng)
+            which = rng.choice(len(share), n_pieces, p=share)
+            speeds = np.exp(rng.uniform(np.log(speed_range[0]), np.log(speed_range[1]), n_pieces))
+            yield self._batch(which, speeds, k_range, rng)
 
     def _batch(
-        self, which: np.ndarray, k_range: tuple[float, float], rng: np.random.Generator
+        self,
+        which: IntArray,
+        speeds: FloatArray,
+        k_range: tuple[float, float],
+        rng: np.random.Generator,
     ) -> Batch:
-        last = np.array([self.lengths[i] - self.n_frames for i in which])
+        steps = self.n_frames - 1
+        final = np.array([self.lengths[i] - 1 for i in which])
+        speeds = np.minimum(speeds, final / steps)  # no faster than the clip is long
+        last = final - speeds * steps
         # Reaching beyond the ends by a margin, so that the ends come up often enough.
-        starts = np.clip(rng.integers(-self.margin, last + self.margin + 1), 0, last)
-        clean = np.stack(
-            [self.channels[i][s : s + self.n_frames] for i, s in zip(which, starts, strict=True)]
-        )
-        velocity = np.stack(
-            [self.velocities[i][s : s + self.n_frames] for i, s in zip(which, starts, strict=True)]
-        )
+        starts = np.clip(rng.uniform(-self.margin, last + self.margin), 0, last)
+        starts = np.where(speeds == 1, starts.round(), starts)  # then no interpolation
+        pieces = [
+            self._piece(i, start + speed * np.arange(self.n_frames), speed)
+            for i, start, speed in zip(which, starts, speeds, strict=True)
+        ]
+        clean = np.stack([channels for channels, _ in pieces])
         k = rng.uniform(*k_range, size=(len(which), 1, 1))
         scale = np.stack([self.scales[i] for i in which])[:, None]
         weight = np.ones((len(which), self.n_frames))
@@ -244,6 +261,18 @@ class Windows:
             observed=clean + rng.normal(size=clean.shape) * k * scale,
             clean=clean,
             center=np.stack([self.centers[i] for i in which])[:, None],
-            root_velocity=velocity,
+            scale=scale,
+            root_velocity=np.stack([velocity for _, velocity in pieces]),
             weight=weight,
+        )
+
+    def _piece(self, clip: int, frames: FloatArray, speed: float) -> tuple[FloatArray, FloatArray]:
+        """Read a clip at frames that may lie between its own."""
+        before = np.minimum(frames.astype(int), self.lengths[clip] - 1)
+        after = np.minimum(before + 1, self.lengths[clip] - 1)
+        part = (frames - before)[:, None]
+        channels, velocity = self.channels[clip], self.velocities[clip]
+        return (
+            (1 - part) * channels[before] + part * channels[after],
+            speed * ((1 - part) * velocity[before] + part * velocity[after]),
         )

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mocaplab.datasets import Dataset, load_dataset
 from mocaplab.motion import Motion, Skeleton
 
 
@@ -41,3 +42,15 @@ def small_motion() -> Motion:
     phase = np.arange(skeleton.n_channels)
     channels = 30 * np.sin(2 * np.pi * 0.7 * time_s + phase) + 3 * phase
     return Motion(skeleton, 1 / 60, channels, name="small")
+
+
+@pytest.fixture(scope="session")
+def embedded() -> Dataset:
+    """The embedded data set: 100 clips of the 31-joint skeleton."""
+    return load_dataset("embedded")
+
+
+@pytest.fixture(scope="session")
+def walk(embedded: Dataset) -> Motion:
+    """One embedded walk."""
+    return embedded["walk_01"]

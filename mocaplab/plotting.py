@@ -1,0 +1,130 @@
+"""Matplotlib pictures of motions and results. Functions take and return Axes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+
+from mocaplab.kinematics import forward_kinematics
+from mocaplab.motion import Motion
+from mocaplab.rotations import align_to
+
+COLORS = {
+    "clean": "#000000",
+    "observed": "#999999",
+    "Gaussian": "#E69F00",
+    "EBF": "#0072B2",
+}
+"""One colour a role, out of Okabe and Ito's palette that colour-blind readers can tell apart."""
+
+PALETTE = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00")
+
+
+def plot_channel(
+    motions: Mapping[str, Motion],
+    channel: str,
+    *,
+    ax: Axes | None = None,
+    span_s: tuple[float, float] | None = None,
+) -> Axes:
+    """Draw one channel of several versions of a clip over time.
+
+    Parameters
+    ----------
+    motions : label -> Motion, of one skeleton and length
+        The first one decides which of the equivalent Euler angles are shown. Labels that
+        begin with a name in ``COLORS`` get its colour.
+    channel : str, such as ``"LeftLeg.Xrotation"``
+    ax : Axes or None for a new figure
+    span_s : (start, stop) in seconds, or None for the whole clip
+    """
+    ax = ax or plt.subplots(figsize=(9, 3.2), layout="constrained")[1]
+    reference = next(iter(motions.values()))
+    for i, (label, motion) in enumerate(motions.items()):
+        observed = label.startswith("observed")
+        ax.plot(
+            motion.time_s,
+            align_to(motion, reference).channel(channel),
+            color=_color(label, i),
+            label=label,
+            linewidth=0.8 if observed else 1.8,
+            linestyle="--" if label.startswith("clean") else "-",
+            zorder=1 if observed else 3 if label.startswith("clean") else 2,
+        )
+    ax.set(xlabel="time, s", ylabel="angle, degrees", title=f"{reference.name}: {channel}")
+    if span_s is not None:
+        ax.set_xlim(span_s)
+    ax.grid(alpha=0.3)
+    ax.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False)
+    return ax
+
+
+def plot_errors(
+    errors: Mapping[str, Sequence[float]], *, unit: str, ax: Axes | None = None
+) -> Axes:
+    """Draw the error of several methods: a bar for the mean, a dot for each repetition.
+
+    Parameters
+    ----------
+    errors : method -> its errors
+    unit : str, for the axis, such as ``"RMS error, degrees"``
+    ax : Axes or None for a new figure
+    """
+    ax = ax or plt.subplots(figsize=(7, 0.5 + 0.45 * len(errors)), layout="constrained")[1]
+    for i, (label, values) in enumerate(errors.items()):
+        mean = float(np.mean(values))
+        ax.barh(i, mean, color=_color(label, i), height=0.65, alpha=0.85)
+        ax.plot(values, np.full(len(values), i), ".", color="black", markersize=4)
+        ax.text(max(values), i, f"  {mean:.2f}", va="center")
+    ax.set_yticks(range(len(errors)), list(errors))
+    ax.invert_yaxis()
+    ax.set_xlim(0, 1.15 * max(max(values) for values in errors.values()))
+    ax.set_xlabel(unit)
+    ax.spines[["top", "right"]].set_visible(False)
+    return ax
+
+
+def plot_skeleton(
+    motion: Motion,
+    frames: Sequence[int],
+    *,
+    ax: Axes | None = None,
+    color: str = COLORS["EBF"],
+    spacing: float | None = None,
+) -> Axes:
+    """Draw a motion as a row of stick figures, seen from the side of its path.
+
+    Parameters
+    ----------
+    motion : Motion
+    frames : list of int, the frames to draw
+    ax : Axes or None for a new figure
+    color : str
+    spacing : float or None, file length units between neighbouring figures
+        None leaves every figure where the root really is.
+    """
+    ax = ax or plt.subplots(figsize=(10, 3), layout="constrained")[1]
+    positions, _ = forward_kinematics(motion)
+    path = positions[-1, 0] - positions[0, 0]
+    across = np.array([path[0], path[2]]) / (np.hypot(path[0], path[2]) or 1.0)
+    for i, frame in enumerate(frames):
+        forward = positions[frame][:, [0, 2]] @ across
+        if spacing is not None:
+            forward = forward - forward[0] + i * spacing
+        for joint, parent in enumerate(motion.skeleton.parents.tolist()):
+            if parent >= 0:
+                bone = [parent, joint]
+                ax.plot(forward[bone], positions[frame, bone, 1], color=color, linewidth=1.6)
+    ax.set_aspect("equal")
+    ax.axis("off")
+    return ax
+
+
+def _color(label: str, index: int) -> str:
+    for role, color in COLORS.items():
+        if label.startswith(role):
+            return color
+    return PALETTE[index % len(PALETTE)]

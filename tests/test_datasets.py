@@ -1,0 +1,116 @@
+"""Data sets, splits and training pieces."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mocaplab.bvh import save_bvh
+from mocaplab.datasets import (
+    Dataset,
+    Windows,
+    clip_digest,
+    load_dataset,
+    load_folder,
+    split_holdout,
+)
+
+
+def test_embedded_has_the_mix_of_the_paper(embedded):
+    counts = {action: embedded.actions.count(action) for action in set(embedded.actions)}
+    assert counts == {"walk": 40, "jog": 20, "run": 20, "jump": 10, "kick": 10}
+    assert embedded.skeleton.n_channels == 96
+    assert embedded["walk_01"].fps == pytest.approx(120, rel=1e-4)
+    with pytest.raises(KeyError, match="no clip 'swim'"):
+        embedded["swim"]
+
+
+def test_real_clips_come_in_the_same_form(data_dir, embedded):
+    real = load_dataset("cmu", data_dir / "cmu")
+    assert len(real) == 78
+    assert real.actions.count("walk") == 58
+    assert real.skeleton.same_as(embedded.skeleton)
+
+
+def test_unknown_data_set_is_refused():
+    with pytest.raises(ValueError, match="'embedded' and 'cmu'"):
+        load_dataset("amass")
+    with pytest.raises(ValueError, match="needs the folder"):
+        load_dataset("cmu")
+
+
+def test_folder_takes_actions_from_the_list_or_the_names(tmp_path, walk, small_motion):
+    save_bvh(walk, tmp_path / "slow_walk_01.bvh")
+    assert load_folder(tmp_path).actions == ("slow_walk",)
+    (tmp_path / "clips.csv").write_text("clip,action,frames\nslow_walk_01,stroll,3\n")
+    assert load_folder(tmp_path).actions == ("stroll",)
+    save_bvh(small_motion, tmp_path / "other.bvh")
+    with pytest.raises(ValueError, match="share one skeleton, but"):
+        load_folder(tmp_path)
+
+
+def test_folder_without_bvh_is_refused(tmp_path):
+    with pytest.raises(ValueError, match=r"no \.bvh file"):
+        load_folder(tmp_path)
+    with pytest.raises(NotADirectoryError, match="not a folder"):
+        load_folder(tmp_path / "nowhere")
+
+
+def test_split_holds_out_a_share_of_every_action(embedded):
+    train, test = split_holdout(embedded, 0.1, seed=3)
+    assert {a: test.actions.count(a) for a in set(test.actions)} == {
+        "walk": 4,
+        "jog": 2,
+        "run": 2,
+        "jump": 1,
+        "kick": 1,
+    }
+    assert not set(train.clips) & set(test.clips)
+    assert set(train.clips) | set(test.clips) == set(embedded.clips)
+    assert split_holdout(embedded, 0.1, seed=3)[1].clips == test.clips
+    assert split_holdout(embedded, 0.1, seed=4)[1].clips != test.clips
+    with pytest.raises(ValueError, match="between 0 and 1"):
+        split_holdout(embedded, 0.0)
+    with pytest.raises(ValueError, match="at least two clips"):
+        split_holdout(embedded.select([0], "one"))
+
+
+def test_digest_knows_content_not_names(walk):
+    assert clip_digest(walk) == clip_digest(replace(walk, name="other"))
+    assert clip_digest(walk) != clip_digest(walk.with_channels(walk.channels + 1e-9))
+
+
+def test_pieces_are_where_they_say(walk):
+    windows = Windows([walk], n_frames=50, margin=10)
+    for batch in windows.batches(8, (0.0, 0.0), rng=np.random.default_rng(0)):
+        np.testing.assert_array_equal(batch.observed, batch.clean)
+        np.testing.assert_allclose(batch.center[0, 0], walk.channels.mean(axis=0))
+        for piece, weight in zip(batch.clean, batch.weight, strict=True):
+            start = np.flatnonzero((walk.channels == piece[0]).all(axis=1))[0]
+            np.testing.assert_array_equal(piece, walk.channels[start : start + 50])
+            assert weight[:10].any() == (start == 0)
+            assert weight[-10:].any() == (start + 50 == walk.n_frames)
+            assert weight[10:-10].all()
+
+
+def test_noise_of_pieces_lies_in_the_range(walk):
+    windows = Windows([walk], n_frames=100, margin=10)
+    batch = next(windows.batches(64, (0.4, 0.6), rng=np.random.default_rng(0)))
+    scale = windows.scales[0]
+    relative = (batch.observed - batch.clean)[..., scale > 0] / scale[scale > 0]
+    per_piece = relative.std(axis=(1, 2))
+    assert 0.38 < per_piece.min() < 0.43
+    assert 0.57 < per_piece.max() < 0.62
+
+
+def test_short_clips_are_played_back_and_forth(walk):
+    windows = Windows([walk.slice_frames(0, 30)], n_frames=50, margin=10)
+    batch = next(windows.batches(2, (0.0, 0.0), rng=np.random.default_rng(0)))
+    np.testing.assert_array_equal(batch.clean[0, 30:], walk.channels[29:9:-1])
+    with pytest.raises(ValueError, match="all margin"):
+        Windows([walk], n_frames=20, margin=10)
+
+
+def test_a_data_set_needs_clips():
+    with pytest.raises(ValueError, match="needs clips"):
+        Dataset("none", (), ())

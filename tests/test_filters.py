@@ -1,0 +1,105 @@
+"""Interpolation, the Gaussian and its tuning."""
+
+import numpy as np
+import pytest
+from scipy.ndimage import gaussian_filter1d
+
+from mocaplab.corruption import corrupt
+from mocaplab.filters import (
+    SIGMA_GRID_S,
+    GaussianDenoiser,
+    gaussian_filter,
+    lerp_gaps,
+    tune_gaussian,
+)
+from mocaplab.motion import moving_channels
+
+FRAME_TIME = 1 / 120
+
+
+@pytest.mark.parametrize("sigma_frames", [0.5, 3.8, 15.0, 60.0])
+def test_gaussian_equals_scipy(sigma_frames):
+    values = np.random.default_rng(0).normal(size=(50, 3)).cumsum(axis=0)
+    radius = int(np.ceil(4 * sigma_frames))
+    ours = gaussian_filter(values, sigma_frames * FRAME_TIME, FRAME_TIME)
+    theirs = gaussian_filter1d(values, sigma_frames, axis=0, mode="reflect", radius=radius)
+    np.testing.assert_allclose(ours, theirs, atol=1e-12)
+
+
+def test_gaussian_takes_one_width_a_channel():
+    values = np.random.default_rng(0).normal(size=(80, 2))
+    both = gaussian_filter(values, [0.02, 0.1], FRAME_TIME)
+    for column, sigma in enumerate([0.02, 0.1]):
+        alone = gaussian_filter(values[:, [column]], sigma, FRAME_TIME)
+        # The common window reaches further than 4 sigma of the narrow filter.
+        np.testing.assert_allclose(both[:, column], alone[:, 0], atol=1e-3)
+
+
+def test_gaussian_of_width_0_changes_nothing_and_a_constant_stays():
+    values = np.random.default_rng(0).normal(size=(20, 2))
+    np.testing.assert_array_equal(gaussian_filter(values, 0.0, FRAME_TIME), values)
+    np.testing.assert_allclose(gaussian_filter(np.full((20, 1), 7.0), 0.1, FRAME_TIME), 7.0)
+
+
+def test_width_in_seconds_does_not_depend_on_the_frame_rate():
+    fine = np.sin(np.arange(481) / 120 * 9)[:, None]
+    a = gaussian_filter(fine, 0.05, 1 / 120)[::4]
+    b = gaussian_filter(fine[::4], 0.05, 1 / 30)
+    np.testing.assert_allclose(a[20:-20], b[20:-20], atol=2e-4)
+
+
+@pytest.mark.parametrize("sigma", [-0.1, np.nan, np.inf])
+def test_gaussian_refuses_nonsense(sigma):
+    with pytest.raises(ValueError, match="sigma must be 0 or more"):
+        gaussian_filter(np.zeros((5, 1)), sigma, FRAME_TIME)
+
+
+def test_lerp_draws_straight_lines_and_holds_at_the_ends(walk):
+    channels = walk.channels.copy()
+    column = walk.skeleton.channel_index("LeftLeg.Xrotation")
+    channels[:3, column] = np.nan
+    channels[10:14, column] = np.nan
+    filled = lerp_gaps(walk.with_channels(channels)).channels[:, column]
+    line = np.linspace(walk.channels[9, column], walk.channels[14, column], 6)
+    np.testing.assert_allclose(filled[9:15], line)
+    np.testing.assert_array_equal(filled[:3], walk.channels[3, column])
+
+
+def test_lerp_names_a_channel_that_was_never_observed(walk):
+    channels = walk.channels.copy()
+    channels[:, walk.skeleton.channel_index("LeftLeg.Xrotation")] = np.nan
+    with pytest.raises(ValueError, match=r"LeftLeg\.Xrotation was never observed"):
+        lerp_gaps(walk.with_channels(channels))
+
+
+def test_denoiser_smooths_across_a_wrap_and_keeps_the_files_convention(walk):
+    column = walk.skeleton.channel_index("LeftArm.Zrotation")
+    wrapped = walk.channels.copy()
+    wrapped[50:, column] -= 360
+    mask = np.ones(wrapped.shape, dtype=bool)
+    denoiser = GaussianDenoiser(0.05)
+    plain = denoiser.denoise(walk, mask).channels
+    jumpy = denoiser.denoise(walk.with_channels(wrapped), mask).channels
+    np.testing.assert_allclose(jumpy[:50], plain[:50], atol=1e-9)
+    np.testing.assert_allclose(jumpy[50:, column], plain[50:, column] - 360, atol=1e-9)
+
+
+def test_denoiser_returns_root_and_still_channels_exactly(walk):
+    cleaned = GaussianDenoiser(0.05).denoise(walk, np.ones(walk.channels.shape, dtype=bool))
+    still = ~moving_channels(walk)
+    np.testing.assert_array_equal(cleaned.channels[:, still], walk.channels[:, still])
+
+
+def test_tuning_finds_the_best_width_on_the_grid(walk):
+    clip = corrupt(walk, k=0.5, rng=np.random.default_rng(0))
+    single, per_channel = tune_gaussian([clip])
+
+    def error(sigma):
+        smooth = gaussian_filter(clip.observed.channels, sigma, walk.frame_time)
+        return np.sum((smooth - clip.clean.channels) ** 2)
+
+    errors = [error(s) for s in SIGMA_GRID_S]
+    assert single == SIGMA_GRID_S[np.argmin(errors)]
+    assert error(per_channel) <= min(errors) + 1e-9
+    with pytest.raises(ValueError, match="at least one"):
+        tune_gaussian([])

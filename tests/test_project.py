@@ -1,0 +1,145 @@
+"""The project's own files: versions in step, imports that point down, house rules."""
+
+import ast
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import yaml
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+ROOT = Path(__file__).parent.parent
+LIBRARY = sorted((ROOT / "mocaplab").glob("*.py"))
+TOOLS = sorted((ROOT / "data_tools").glob("*.py"))
+
+# Each module may import only modules that stand on a line above its own.
+LAYERS = [
+    ["files", "motion"],
+    ["rotations"],
+    ["bvh", "kinematics"],
+    ["corruption", "filters", "normalization", "networks", "synthesis"],
+    ["datasets", "evaluation", "checkpoints"],
+    ["training", "cleaning", "plotting"],
+    ["widgets"],
+    ["commands"],
+    ["cli"],
+]
+USES_TORCH = {"networks", "checkpoints", "training", "cleaning"}
+
+
+def pyproject():
+    return tomllib.loads((ROOT / "pyproject.toml").read_text())
+
+
+def ranges(requirements):
+    """Turn 'numpy>=1.26,<3' into {'numpy': '>=1.26,<3'}."""
+    pairs = (re.fullmatch(r"([\w.-]+)(.*)", text) for text in requirements)
+    return {pair[1]: pair[2] for pair in pairs}
+
+
+def imports_of(path):
+    """List the modules that a file imports, wherever in the file, types left out."""
+    tree = ast.parse(path.read_text())
+    for node in ast.walk(tree):
+        if isinstance(node, ast.If) and getattr(node.test, "id", "") == "TYPE_CHECKING":
+            node.body = []
+    found = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            found |= {node.module} | {f"{node.module}.{alias.name}" for alias in node.names}
+    return found
+
+
+def test_environment_and_pyproject_agree():
+    project = pyproject()["project"]
+    wanted = ranges(project["dependencies"] + project["optional-dependencies"]["lab"])
+    wanted["pytorch-cpu"] = wanted.pop("torch")
+    wanted["python"] = project["requires-python"]
+    listed = yaml.safe_load((ROOT / "environment.yml").read_text())["dependencies"]
+    found = ranges(text for text in listed if isinstance(text, str) and text != "pip")
+    assert found == wanted
+
+
+def test_pre_commit_runs_the_versions_of_pyproject():
+    dev = pyproject()["project"]["optional-dependencies"]["dev"]
+    pinned = dict(text.split("==") for text in dev if "==" in text)
+    config = yaml.safe_load((ROOT / ".pre-commit-config.yaml").read_text())
+    revisions = {repo["hooks"][0]["id"].split("-")[0]: repo["rev"] for repo in config["repos"]}
+    assert revisions == {name: f"v{version}" for name, version in pinned.items()}
+
+
+def test_version_is_said_once():
+    from mocaplab import __version__
+
+    assert pyproject()["project"]["version"] == __version__
+    assert f"## {__version__}" in (ROOT / "CHANGELOG.md").read_text()
+    assert f"version: {__version__}" in (ROOT / "CITATION.cff").read_text()
+
+
+def test_every_module_has_a_layer():
+    modules = {path.stem for path in LIBRARY} - {"__init__", "__main__"}
+    assert modules == {name for layer in LAYERS for name in layer}
+
+
+@pytest.mark.parametrize("path", LIBRARY, ids=lambda path: path.stem)
+def test_imports_point_down(path):
+    level = {name: i for i, layer in enumerate(LAYERS) for name in layer}
+    if path.stem not in level:  # __init__ and __main__
+        return
+    for name in imports_of(path):
+        parts = name.split(".")
+        assert parts[0] != "data_tools"
+        if parts[0] == "mocaplab" and len(parts) > 1 and parts[1] in level:
+            assert level[parts[1]] < level[path.stem], f"{path.stem} imports {parts[1]}"
+        if parts[0] == "torch":
+            assert path.stem in USES_TORCH, f"{path.stem} imports torch"
+
+
+@pytest.mark.parametrize("path", LIBRARY + TOOLS, ids=lambda path: path.stem)
+def test_no_global_seed(path):
+    text = path.read_text()
+    assert not re.search(r"np\.random\.(seed|rand|randn|normal|uniform|choice)\(", text)
+    if path.stem != "networks":  # its helper seeded() forks the generator first
+        assert "manual_seed" not in text
+
+
+def test_importing_the_package_takes_no_torch_along():
+    code = (
+        "import sys, mocaplab, mocaplab.cli; mocaplab.load_bvh; "
+        "heavy = {'torch', 'matplotlib', 'scipy', 'anywidget'} & set(sys.modules); "
+        "assert not heavy, heavy"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_public_names_exist():
+    import mocaplab
+
+    for name in mocaplab.__all__:
+        assert getattr(mocaplab, name) is not None
+        assert name in dir(mocaplab)
+    with pytest.raises(AttributeError, match="no attribute 'nothing'"):
+        mocaplab.nothing  # noqa: B018
+
+
+def test_every_make_target_is_explained():
+    help_text = subprocess.run(
+        ["make", "help"], cwd=ROOT, capture_output=True, text=True, check=True
+    ).stdout
+    for target in ("lab", "test", "format", "weights"):
+        assert f"make {target} " in help_text
+
+
+def test_continuous_integration_runs_the_command_of_the_readme():
+    assert "make test" in (ROOT / ".ci" / "run").read_text()
+    assert "make test" in (ROOT / "README.md").read_text()
+    assert os.access(ROOT / ".ci" / "run", os.X_OK)

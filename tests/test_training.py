@@ -1,0 +1,96 @@
+"""Training: it learns, it resumes, it repeats."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+
+from mocaplab import training
+from mocaplab.checkpoints import CheckpointError
+from mocaplab.training import TrainConfig, train
+
+QUICK = TrainConfig(epochs=3, batch_size=4, n_frames=60)
+
+
+@pytest.fixture(scope="module")
+def clips(embedded):
+    return embedded.clips[:3]
+
+
+def weights(checkpoint):
+    return checkpoint.model.state_dict()
+
+
+def assert_same(a, b):
+    for name, value in weights(a).items():
+        assert torch.equal(value, weights(b)[name]), name
+
+
+@pytest.fixture(scope="module")
+def uninterrupted(clips):
+    return train(clips, QUICK, progress=False)
+
+
+def test_one_clip_can_be_learnt_by_heart(clips):
+    """With the same noise amount all the time the loss must fall below its start."""
+    config = replace(QUICK, epochs=40, k_low=0.5, k_high=0.5)
+    losses = train(clips[:1], config, progress=False).info["losses"]
+    assert np.mean(losses[-5:]) < 0.85 * np.mean(losses[:2])
+
+
+def test_the_same_seed_gives_the_same_model(clips, uninterrupted):
+    torch.rand(3)  # whatever else used torch's generator
+    assert_same(train(clips, QUICK, progress=False), uninterrupted)
+    other = train(clips, replace(QUICK, seed=1), progress=False)
+    assert not torch.equal(
+        weights(other)["lstm.weight_hh_l0"], weights(uninterrupted)["lstm.weight_hh_l0"]
+    )
+
+
+def test_an_interrupted_training_goes_on_as_if_nothing_had_been(
+    clips, uninterrupted, tmp_path, monkeypatch
+):
+    state = tmp_path / "model.part"
+    save_state = training._save_state
+
+    def save_then_stop(*arguments):
+        save_state(*arguments)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(training, "_save_state", save_then_stop)
+    with pytest.raises(KeyboardInterrupt):
+        train(clips, QUICK, state_path=state, progress=False)
+    monkeypatch.undo()
+    assert state.exists()
+    resumed = train(clips, QUICK, state_path=state, progress=False)
+    assert_same(resumed, uninterrupted)
+    assert resumed.info["losses"] == uninterrupted.info["losses"]
+    assert not state.exists()
+
+
+def test_the_state_of_another_training_is_refused(clips, tmp_path, monkeypatch):
+    state = tmp_path / "model.part"
+    monkeypatch.setattr(type(state), "unlink", lambda *a, **k: None)
+    train(clips, replace(QUICK, epochs=1), state_path=state, progress=False)
+    with pytest.raises(CheckpointError, match="another training"):
+        train(clips, QUICK, state_path=state, progress=False)
+
+
+def test_a_loss_that_is_not_finite_stops_with_advice(clips):
+    with pytest.raises(FloatingPointError, match="smaller learning_rate"):
+        train(clips, replace(QUICK, learning_rate=float("inf")), progress=False)
+
+
+def test_clips_that_do_not_move_are_refused(clips):
+    still = [clip.with_channels(np.zeros_like(clip.channels)) for clip in clips]
+    with pytest.raises(ValueError, match="nothing to learn"):
+        train(still, QUICK, progress=False)
+
+
+def test_the_checkpoint_tells_how_it_was_made(clips, uninterrupted):
+    told = uninterrupted.info["train"]
+    assert told["seed"] == 0
+    assert set(told["clips"]) == {clip.name for clip in clips}
+    assert 0.004 <= uninterrupted.gaussian_s <= 0.25
+    assert uninterrupted.gaussian_per_channel_s.shape == (96,)

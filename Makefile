@@ -7,7 +7,7 @@ BIN    := $(VENV)/bin
 PORT   ?= 8888
 
 .DEFAULT_GOAL := help
-.PHONY: help lab test check format figures weights clean
+.PHONY: help lab test check format weights notebooks clean
 
 help:  ## show this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-9s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -38,7 +38,7 @@ test: $(BIN)/.dev check  ## set up, then run every check, test and notebook
 	$(BIN)/python -m pytest --nbval-lax --nbval-cell-timeout=120 \
 	  --nbval-sanitize-with tests/nbval_sanitize.cfg tests notebooks
 
-check: $(BIN)/.dev
+check: $(BIN)/.dev  ## lint, format and types only
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
@@ -46,6 +46,14 @@ check: $(BIN)/.dev
 format: $(BIN)/.dev  ## let ruff format the code
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
+
+weights: $(BIN)/.lab  ## train the shipped weights anew, on the clips in MOCAPLAB_DATA/cmu
+	$(BIN)/python -m data_tools.fit_motion_model "$(MOCAPLAB_DATA)/cmu"
+	$(BIN)/mocaplab train "$(MOCAPLAB_DATA)/cmu" -o mocaplab/data/ebf.safetensors --seed 0
+
+notebooks: $(BIN)/.dev  ## run the notebooks and store them with their outputs
+	$(BIN)/python -m data_tools.draw_cleaning -o notebooks/images/cleaning.png
+	$(BIN)/python -m data_tools.run_notebooks
 
 clean:  ## remove .venv and caches
 	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .hypothesis

@@ -19,9 +19,8 @@ from safetensors import SafetensorError, safe_open
 from safetensors.torch import save
 
 from mocaplab.files import write_atomically
-from mocaplab.motion import FloatArray, Skeleton
+from mocaplab.motion import BoolArray, FloatArray, Skeleton
 from mocaplab.networks import EBF, EBFConfig
-from mocaplab.normalization import Normalizer
 
 FORMAT = "mocaplab-ebf-1"
 
@@ -37,7 +36,8 @@ class Checkpoint:
     Parameters
     ----------
     model : EBF
-    normalizer : Normalizer, fitted on the same training clips
+    constant : array, shape (C,), bool
+        Channels that never moved in training; the network knows nothing of them.
     channel_labels : tuple of C str
         The channels of the whole file, such as ``"LeftLeg.Xrotation"``.
     frame_time : float, seconds
@@ -49,7 +49,7 @@ class Checkpoint:
     """
 
     model: EBF
-    normalizer: Normalizer
+    constant: BoolArray
     channel_labels: tuple[str, ...]
     frame_time: float
     gaussian_s: float
@@ -84,8 +84,7 @@ class Checkpoint:
 def save_checkpoint(checkpoint: Checkpoint, path: str | os.PathLike[str]) -> None:
     """Write a model file; an older file of that name is replaced in one step."""
     tensors = {f"model.{k}": v.contiguous() for k, v in checkpoint.model.state_dict().items()}
-    for name in ("mean", "std", "constant"):
-        tensors[f"normalizer.{name}"] = torch.from_numpy(getattr(checkpoint.normalizer, name))
+    tensors["constant"] = torch.from_numpy(checkpoint.constant)
     tensors["gaussian_per_channel_s"] = torch.from_numpy(checkpoint.gaussian_per_channel_s)
     header = {
         "format": FORMAT,
@@ -114,12 +113,9 @@ def load_checkpoint(path: str | os.PathLike[str]) -> Checkpoint:
     try:
         model = EBF(EBFConfig(**header["config"]), seed=0)
         model.load_state_dict(tensors_under(tensors, "model."))
-        normalizer = Normalizer(
-            **{k: v.numpy() for k, v in tensors_under(tensors, "normalizer.").items()}
-        )
         return Checkpoint(
             model=model.eval(),
-            normalizer=normalizer,
+            constant=tensors["constant"].numpy(),
             channel_labels=tuple(header["channel_labels"]),
             frame_time=float(header["frame_time"]),
             gaussian_s=float(header["gaussian_s"]),

@@ -14,6 +14,7 @@ from mocaplab.filters import filter_motion, lerp_gaps
 from mocaplab.kinematics import jitter, root_angular_velocity
 from mocaplab.motion import BoolArray, FloatArray, Motion, moving_channels
 from mocaplab.networks import adaptive_gaussian
+from mocaplab.normalization import standardize
 
 
 def shipped_checkpoint() -> Checkpoint:
@@ -71,14 +72,14 @@ class Cleaner:
         """
         self.checkpoint.require(motion.skeleton, motion.frame_time, motion.name)
         columns = motion.skeleton.is_cleaned
-        normalizer = self.checkpoint.normalizer
-        pose = normalizer.normalize(motion.channels, motion.channels.mean(axis=0))
+        mean, std = motion.channels.mean(axis=0), motion.channels.std(axis=0)
+        pose = standardize(motion.channels, mean, std)
         inputs = pose[:, columns], root_angular_velocity(motion)
         with torch.no_grad():
             sigma = self.checkpoint.model(*(torch.from_numpy(x).float()[None] for x in inputs))
         result = np.zeros_like(motion.channels)
         result[:, columns] = sigma[0].numpy() * motion.frame_time
-        result[:, normalizer.constant | ~moving_channels(motion)] = 0.0
+        result[:, self.checkpoint.constant | ~moving_channels(motion)] = 0.0
         return result
 
     def _smooth(self, motion: Motion) -> FloatArray:

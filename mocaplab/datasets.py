@@ -172,8 +172,8 @@ class Batch:
 
     observed: FloatArray  # (B, T, C), degrees, with noise
     clean: FloatArray  # (B, T, C), degrees
-    center: FloatArray  # (B, 1, C), degrees: mean of the whole clip each piece is from
-    scale: FloatArray  # (B, 1, C), degrees: its standard deviation, 0 where it is still
+    mean: FloatArray  # (B, 1, C), degrees, of the whole clip that each piece is from
+    std: FloatArray  # (B, 1, C), degrees, of that whole clip with its noise
     root_velocity: FloatArray  # (B, T, 3), radians per second
     weight: FloatArray  # (B, T): 1 for frames that the loss counts, 0 in margins
 
@@ -204,7 +204,7 @@ class Windows:
             velocity = root_angular_velocity(clip)
             self.velocities.append(np.pad(velocity, missing, mode="symmetric"))
             self.lengths.append(len(self.channels[-1]))
-        self.centers = [clip.channels.mean(axis=0) for clip in clips]
+        self.means = [clip.channels.mean(axis=0) for clip in clips]
         self.scales = [clip.channels.std(axis=0) * moving_channels(clip) for clip in clips]
 
     def batches(
@@ -260,8 +260,8 @@ class Windows:
         return Batch(
             observed=clean + rng.normal(size=clean.shape) * k * scale,
             clean=clean,
-            center=np.stack([self.centers[i] for i in which])[:, None],
-            scale=scale,
+            mean=np.stack([self.means[i] for i in which])[:, None],
+            std=scale * np.sqrt(1 + k**2),
             root_velocity=np.stack([velocity for _, velocity in pieces]),
             weight=weight,
         )

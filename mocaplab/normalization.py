@@ -1,9 +1,8 @@
-"""Bring channels to a common scale before a network sees them."""
+"""Bring the channels of a clip to a common scale before a network sees them."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,50 +10,42 @@ from numpy.typing import ArrayLike
 from mocaplab.motion import CONSTANT_STD_DEG, BoolArray, FloatArray, Motion
 
 
-@dataclass(frozen=True, eq=False)
-class Normalizer:
-    """Per-channel mean and scale, fitted on training clips only.
+def constant_channels(clips: Sequence[Motion]) -> BoolArray:
+    """Tell which channels hardly move in any of the training clips.
 
     Parameters
     ----------
-    mean, std : array, shape (C,), degrees
-        ``std`` is the mean over clips of the standard deviation within a clip.
-    constant : array, shape (C,), bool
-        True where ``std`` is below ``CONSTANT_STD_DEG``; these become 0.
+    clips : list of Motion, of one skeleton, without NaN
+
+    Returns
+    -------
+    array, shape (C,), bool: True where the standard deviation within a clip is below
+    ``CONSTANT_STD_DEG`` in all of them
     """
+    if not clips:
+        raise ValueError("training clips are needed to know the constant channels, got none")
+    largest = np.max([clip.channels.std(axis=0) for clip in clips], axis=0)
+    constant: BoolArray = largest < CONSTANT_STD_DEG
+    return constant
 
-    mean: FloatArray
-    std: FloatArray
-    constant: BoolArray
 
-    @classmethod
-    def fit(cls, clips: Sequence[Motion]) -> Normalizer:
-        """Measure mean and scale on training clips.
+def standardize(channels: ArrayLike, mean: ArrayLike, std: ArrayLike) -> FloatArray:
+    """Subtract the mean of a clip and divide by its deviation, channel by channel.
 
-        Raises
-        ------
-        ValueError
-            If there are no clips.
-        """
-        if not clips:
-            raise ValueError("a normalizer needs at least one training clip")
-        mean = np.mean([clip.channels.mean(axis=0) for clip in clips], axis=0)
-        std = np.mean([clip.channels.std(axis=0) for clip in clips], axis=0)
-        return cls(mean, std, std < CONSTANT_STD_DEG)
+    Each clip is measured by itself. With one mean for all clips, a clip whose Euler angles
+    lie in another branch than those of the training clips would look like nothing that
+    the network has seen; with one deviation, every new action would.
 
-    def normalize(self, channels: ArrayLike, center: ArrayLike | None = None) -> FloatArray:
-        """Subtract a centre and divide by the scale.
+    Parameters
+    ----------
+    channels : array, shape (..., C), degrees
+    mean, std : array broadcastable to it, degrees; of the whole observed clip
 
-        Parameters
-        ----------
-        channels : array, shape (..., C), degrees
-        center : array broadcastable to it, degrees; the training mean if None
-
-        Returns
-        -------
-        array, shape (..., C), without unit, 0 in constant channels
-        """
-        middle = self.mean if center is None else np.asarray(center, dtype=np.float64)
-        scale = np.where(self.constant, 1.0, self.std)
-        result = (np.asarray(channels, dtype=np.float64) - middle) / scale
-        return np.where(self.constant, 0.0, result)
+    Returns
+    -------
+    array, shape (..., C), without unit; 0 where ``std`` is below ``CONSTANT_STD_DEG``
+    """
+    deviation = np.asarray(std, dtype=np.float64)
+    moves = deviation >= CONSTANT_STD_DEG
+    difference = np.asarray(channels, dtype=np.float64) - np.asarray(mean, dtype=np.float64)
+    return np.where(moves, difference / np.where(moves, deviation, 1.0), 0.0)

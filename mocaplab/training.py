@@ -19,9 +19,9 @@ from mocaplab.corruption import corrupt
 from mocaplab.datasets import Batch, Windows, clip_digest
 from mocaplab.files import write_atomically
 from mocaplab.filters import tune_gaussian
-from mocaplab.motion import Motion, moving_channels
+from mocaplab.motion import BoolArray, Motion, moving_channels
 from mocaplab.networks import EBF, EBFConfig, adaptive_gaussian, seeded
-from mocaplab.normalization import Normalizer
+from mocaplab.normalization import constant_channels, standardize
 
 
 @dataclass(frozen=True)
@@ -29,13 +29,15 @@ class TrainConfig:
     """How to train. Paper A, section 3: L2 loss, Adam, 200 epochs."""
 
     epochs: int = 200  # an epoch sees every frame once on average
-    batch_size: int = 32  # pieces a step
+    batch_size: int = 16  # pieces a step
     n_frames: int = 150  # frames a piece, margins included
     margin: int = 15  # frames at each cut end that the loss leaves out
     learning_rate: float = 3e-3  # at the start; falls along a cosine to 0
     gradient_norm: float = 1.0  # longer gradients are cut to this length
     k_low: float = 0.0  # the amount of noise of each piece is drawn
     k_high: float = 1.0  # between these two, so that any noise can be met later
+    speed_low: float = 0.6  # each piece is played slower or faster, by a factor
+    speed_high: float = 1.7  # between these two, so that new speeds can be met later
     gaussian_k: float = 0.5  # the noise for which the Gaussian is tuned
     seed: int = 0  # of first weights, pieces, noise and dropout
 
@@ -74,9 +76,9 @@ def train(
     columns = clips[0].skeleton.is_cleaned
     if not any(moving_channels(clip).any() for clip in clips):
         raise ValueError("no joint moves in any of the clips, so there is nothing to learn")
-    normalizer = Normalizer.fit(clips)
+    constant = constant_channels(clips)
     windows = Windows(clips, config.n_frames, config.margin)
-    trainer = _Trainer(EBF(EBFConfig(int(columns.sum())), seed=config.seed), normalizer, columns)
+    trainer = _Trainer(EBF(EBFConfig(int(columns.sum())), seed=config.seed), constant, columns)
     optimizer = torch.optim.Adam(trainer.model.parameters(), lr=config.learning_rate)
     schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimizer, config.epochs)
 
@@ -94,7 +96,12 @@ def train(
     )
     for epoch in bar:
         rng = np.random.default_rng([config.seed, epoch])
-        batches = windows.batches(config.batch_size, (config.k_low, config.k_high), rng=rng)
+        batches = windows.batches(
+            config.batch_size,
+            (config.k_low, config.k_high),
+            (config.speed_low, config.speed_high),
+            rng=rng,
+        )
         trainer.model.train()
         with seeded(int(rng.integers(2**31))):  # dropout
             step_losses = [trainer.step(batch, optimizer, config) for batch in batches]
@@ -116,7 +123,7 @@ def train(
         Path(state_path).unlink(missing_ok=True)
     return Checkpoint(
         model=trainer.model.eval(),
-        normalizer=normalizer,
+        constant=constant,
         channel_labels=clips[0].skeleton.channel_labels,
         frame_time=clips[0].frame_time,
         gaussian_s=gaussian_s,
@@ -128,25 +135,26 @@ def train(
 class _Trainer:
     """A model and how to take one step with it."""
 
-    def __init__(self, model: EBF, normalizer: Normalizer, columns: np.ndarray):
-        self.model, self.normalizer, self.columns = model, normalizer, columns
-        moving = ~normalizer.constant[columns]
-        self.moving = torch.from_numpy(moving)
-        # One number for all channels: the loss is near 1 at the start whatever the units.
-        self.scale = float(np.mean(normalizer.std[columns][moving] ** 2))
+    def __init__(self, model: EBF, constant: BoolArray, columns: BoolArray):
+        self.model, self.columns = model, columns
+        # Channels that never move need no filter: they are left out of the work.
+        self.moving = torch.from_numpy(~constant[columns])
 
     def step(self, batch: Batch, optimizer: torch.optim.Optimizer, config: TrainConfig) -> float:
         """Take one step and return the loss before it."""
-        pose = self.normalizer.normalize(batch.observed, batch.center)[..., self.columns]
+        pose = standardize(batch.observed, batch.mean, batch.std)[..., self.columns]
         sigma = self.model(_float32(pose), _float32(batch.root_velocity))
-        # Channels that never move need no filter: leave them out of the work.
-        noise = (batch.observed - batch.clean)[..., self.columns]
-        clean = (batch.clean - batch.center)[..., self.columns]
-        noisy = _float32(clean + noise)[..., self.moving]
-        smooth = adaptive_gaussian(noisy, sigma[..., self.moving], self.model.config.radius)
-        error = (smooth - _float32(clean)[..., self.moving]) ** 2  # (B, T, moving C)
-        weight = _float32(batch.weight)
-        loss = (error.mean(dim=-1) * weight).sum() / weight.sum() / self.scale
+        clean = _float32((batch.clean - batch.mean)[..., self.columns])
+        noisy = _float32((batch.observed - batch.mean)[..., self.columns])
+        smooth = adaptive_gaussian(
+            noisy[..., self.moving], sigma[..., self.moving], self.model.config.radius
+        )
+        error = (smooth - clean[..., self.moving]) ** 2  # (B, T, moving C), degrees squared
+        # Divided by the clip's own movement; otherwise the few clips with the widest
+        # movements would decide everything.
+        spread = _float32(batch.std[..., self.columns] ** 2).mean(dim=-1)  # (B, 1)
+        weight = _float32(batch.weight)  # (B, T)
+        loss = (error.mean(dim=-1) / spread * weight).sum() / weight.sum()
         optimizer.zero_grad()
         loss.backward()  # type: ignore[no-untyped-call]
         torch.nn.utils.clip_grad_norm_(self.model.parameters(), config.gradient_norm)

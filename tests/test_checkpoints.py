@@ -30,8 +30,7 @@ def test_a_model_comes_back_as_it_was(checkpoint, path):
     assert back.channel_labels == checkpoint.channel_labels
     assert back.gaussian_s == checkpoint.gaussian_s
     assert (back.gaussian_per_channel_s == checkpoint.gaussian_per_channel_s).all()
-    assert (back.normalizer.std == checkpoint.normalizer.std).all()
-    assert (back.normalizer.constant == checkpoint.normalizer.constant).all()
+    assert (back.constant == checkpoint.constant).all()
     assert back.info == checkpoint.info
     assert not back.model.training
 
@@ -80,7 +79,7 @@ def tamper(path, edit_header=None, drop=None):
         (lambda h: h["config"].update(unknown=7), None, "damaged"),
         (lambda h: h.pop("config"), None, "damaged"),
         (None, "model.lstm.weight_ih_l0", "damaged"),
-        (None, "normalizer.std", "damaged"),
+        (None, "constant", "damaged"),
     ],
 )
 def test_tampered_files_are_refused(path, edit, drop, message):

@@ -57,7 +57,7 @@ def test_wraps_do_not_disturb_and_come_back(cleaner, noisy):
 
 def test_widths_are_in_seconds_and_0_where_nothing_is_smoothed(cleaner, noisy):
     sigma = cleaner.predict_sigma_s(make_continuous(noisy.observed))
-    moving = moving_channels(noisy.observed) & ~cleaner.checkpoint.normalizer.constant
+    moving = moving_channels(noisy.observed) & ~cleaner.checkpoint.constant
     assert (sigma[:, ~moving] == 0).all()
     assert ((sigma[:, moving] > 0.1 / 121) & (sigma[:, moving] < 31 / 120)).all()
 

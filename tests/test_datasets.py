@@ -14,6 +14,7 @@ from mocaplab.datasets import (
     load_folder,
     split_holdout,
 )
+from mocaplab.motion import moving_channels
 
 
 def test_embedded_has_the_mix_of_the_paper(embedded):
@@ -82,9 +83,11 @@ def test_digest_knows_content_not_names(walk):
 
 def test_pieces_are_where_they_say(walk):
     windows = Windows([walk], n_frames=50, margin=10)
+    moving = moving_channels(walk)
     for batch in windows.batches(8, (0.0, 0.0), rng=np.random.default_rng(0)):
         np.testing.assert_array_equal(batch.observed, batch.clean)
-        np.testing.assert_allclose(batch.center[0, 0], walk.channels.mean(axis=0))
+        np.testing.assert_allclose(batch.std[0, 0], walk.channels.std(axis=0) * moving)
+        np.testing.assert_allclose(batch.mean[0, 0], walk.channels.mean(axis=0))
         for piece, weight in zip(batch.clean, batch.weight, strict=True):
             start = np.flatnonzero((walk.channels == piece[0]).all(axis=1))[0]
             np.testing.assert_array_equal(piece, walk.channels[start : start + 50])

@@ -26,7 +26,7 @@ LAYERS = [
     ["bvh", "kinematics"],
     ["corruption", "filters", "normalization", "networks", "synthesis"],
     ["datasets", "evaluation", "checkpoints"],
-    ["training", "cleaning", "plotting"],
+    ["training", "cleaning", "plotting", "exercises"],
     ["widgets"],
     ["commands"],
     ["cli"],

@@ -12,9 +12,9 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from mocaplab.bvh import load_bvh
-from mocaplab.kinematics import end_site_positions, forward_kinematics
+from mocaplab.kinematics import end_site_positions, foot_heights, forward_kinematics
 from mocaplab.motion import Motion
-from mocaplab.synthesis import ACTIONS, foot_heights, synthesize
+from mocaplab.synthesis import ACTIONS, synthesize
 
 SPAN_S = {"walk": 1.3, "jog": 1.0, "run": 0.9, "jump": 1.4, "kick": 1.2}
 N_POSES = 7
@@ -106,6 +106,7 @@ def draw_all(folder: Path, output: Path, seed: int = 0) -> None:
     for empty in axes.flat:
         empty.axis("off")
     figure.suptitle("Seen from the right; right limbs blue, left limbs red")
+    output.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(output, dpi=70)
     plt.close(figure)
 

@@ -117,3 +117,47 @@ def jitter(motion: Motion) -> float:
         return 0.0
     jerk = np.diff(positions, n=3, axis=0) / motion.frame_time**3
     return float(np.linalg.norm(jerk, axis=-1).mean())
+
+
+def foot_points(motion: Motion) -> FloatArray:
+    """Positions of the ankle, the ball and the toe tip of both feet.
+
+    Parameters
+    ----------
+    motion : Motion
+        On a skeleton with joints LeftToeBase and RightToeBase (the balls of the feet),
+        each with an End Site, as CMU's have.
+
+    Returns
+    -------
+    array, shape (T, 2, 3, 3), file length units
+        Left and right foot; ankle, ball, tip; x, y, z.
+
+    Raises
+    ------
+    ValueError
+        If the skeleton has no such joints.
+    """
+    skeleton = motion.skeleton
+    positions, orientations = forward_kinematics(motion)
+    feet = []
+    for name in ("LeftToeBase", "RightToeBase"):
+        ball = skeleton.joint_names.index(name) if name in skeleton.joint_names else -1
+        sites = np.flatnonzero(skeleton.end_site_parents == ball)
+        if len(sites) == 0:
+            raise ValueError(f"expected a joint {name} with an End Site in motion {motion.name!r}")
+        ankle = skeleton.parents[ball]
+        tip = positions[:, ball] + orientations[:, ball] @ skeleton.end_site_offsets[sites[0]]
+        feet.append(np.stack([positions[:, ankle], positions[:, ball], tip], axis=1))
+    return np.stack(feet, axis=1)
+
+
+def foot_heights(motion: Motion) -> FloatArray:
+    """Height of the lowest point of each foot; the floor is not subtracted.
+
+    Returns
+    -------
+    array, shape (T, 2), file length units
+        Left and right foot.
+    """
+    return np.asarray(foot_points(motion)[..., 1].min(axis=-1))

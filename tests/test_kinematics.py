@@ -9,6 +9,8 @@ from scipy.spatial.transform import Rotation
 from mocaplab.bvh import load_bvh, save_bvh
 from mocaplab.kinematics import (
     end_site_positions,
+    foot_heights,
+    foot_points,
     forward_kinematics,
     jitter,
     local_transforms,
@@ -205,3 +207,22 @@ def test_jitter_needs_four_frames_and_grows_with_noise(small_motion):
     assert jitter(small_motion.with_channels(small_motion.channels + noise)) > 10 * jitter(
         small_motion
     )
+
+
+def test_foot_points_are_joints_and_end_sites(walk):
+    points = foot_points(walk)
+    positions, sites = forward_kinematics(walk)[0], end_site_positions(walk)
+    names = walk.skeleton.joint_names
+    assert points.shape == (walk.n_frames, 2, 3, 3)
+    for side, name in enumerate(("Left", "Right")):
+        ball = names.index(name + "ToeBase")
+        site = walk.skeleton.end_site_parents.tolist().index(ball)
+        np.testing.assert_array_equal(points[:, side, 0], positions[:, names.index(name + "Foot")])
+        np.testing.assert_array_equal(points[:, side, 1], positions[:, ball])
+        np.testing.assert_allclose(points[:, side, 2], sites[:, site], atol=1e-12)
+    np.testing.assert_array_equal(foot_heights(walk), points[..., 1].min(axis=2))
+
+
+def test_foot_points_need_feet(small_motion):
+    with pytest.raises(ValueError, match="expected a joint LeftToeBase with an End Site"):
+        foot_points(small_motion)

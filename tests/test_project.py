@@ -23,8 +23,9 @@ TOOLS = sorted((ROOT / "data_tools").glob("*.py"))
 LAYERS = [
     ["files", "motion"],
     ["rotations"],
-    ["bvh", "kinematics"],
-    ["corruption", "filters", "normalization", "networks", "synthesis"],
+    ["bvh", "kinematics", "motion_model"],
+    ["corruption", "filters", "normalization", "networks", "foot_placement"],
+    ["synthesis"],
     ["datasets", "evaluation", "checkpoints"],
     ["training", "cleaning", "plotting", "exercises"],
     ["widgets"],

@@ -2,33 +2,23 @@
 
 from __future__ import annotations
 
-import os
 from collections import Counter
 from itertools import chain
-from pathlib import Path
 
 import numpy as np
 import pytest
 
+from mocaplab.datasets import Dataset
+from mocaplab.kinematics import foot_heights, foot_points
 from mocaplab.motion import FloatArray, Motion
-from mocaplab.synthesis import (
-    ACTIONS,
-    CM_PER_UNIT,
-    FRAME_TIME,
-    MODEL_FILE,
-    embedded_clips,
-    foot_heights,
-    foot_points,
-    load_motion_model,
-    soft_limit,
-    synthesize,
-)
+from mocaplab.motion_model import CM_PER_UNIT, FRAME_TIME, load_motion_model
+from mocaplab.synthesis import ACTIONS, embedded_clips, soft_limit, synthesize
 
 
 @pytest.fixture(scope="module")
-def clips() -> dict[str, list[Motion]]:
+def clips(embedded: Dataset) -> dict[str, list[Motion]]:
     by_action: dict[str, list[Motion]] = {action: [] for action in ACTIONS}
-    for motion, action in embedded_clips():
+    for motion, action in zip(embedded.clips, embedded.actions, strict=True):
         by_action[action].append(motion)
     return by_action
 
@@ -212,21 +202,3 @@ def test_wrong_requests_are_refused() -> None:
         synthesize("walk", duration_s=float("nan"), rng=rng)
     with pytest.raises(ValueError, match="style"):
         synthesize("walk", duration_s=1.0, rng=rng, style=5.0)
-
-
-def test_model_file_is_small() -> None:
-    assert MODEL_FILE.stat().st_size < 300_000
-
-
-def test_refit_gives_the_same_model() -> None:
-    if "MOCAPLAB_DATA" not in os.environ:
-        pytest.skip("set MOCAPLAB_DATA to the folder with the recorded clips to run this test")
-    from safetensors.numpy import load_file
-
-    from data_tools.fit_motion_model import fit_model
-
-    arrays, _ = fit_model(Path(os.environ["MOCAPLAB_DATA"]) / "cmu")
-    stored = load_file(MODEL_FILE)
-    assert set(arrays) == set(stored)
-    for key, value in arrays.items():
-        np.testing.assert_allclose(value, stored[key], rtol=1e-3, atol=1e-3, err_msg=key)

@@ -15,6 +15,9 @@ from numpy.typing import ArrayLike
 
 from mocaplab.motion import BoolArray, FloatArray, Motion, Skeleton
 
+TREMBLING_DEG = 20.0
+"""A joint that steps by more than this in half of all frames trembles too much to repair."""
+
 
 def axis_angle_to_matrix(axis: str, angle_rad: ArrayLike) -> FloatArray:
     """Rotation about one coordinate axis.
@@ -224,7 +227,9 @@ def motion_continuity(motion: Motion) -> tuple[FloatArray, FloatArray]:
     """Find what makes a whole motion continuous; see :func:`continuity`.
 
     A joint with one or two rotations has no alternate: only full turns are undone.
-    Positions keep sign 1 and offset 0.
+    Positions keep sign 1 and offset 0. So does a joint with such strong noise that its
+    angles step by more than ``TREMBLING_DEG`` in half of all frames: there, a step of over
+    180 degrees may be noise, and taking it for a full turn would bend the rest of the clip.
 
     Returns
     -------
@@ -241,6 +246,11 @@ def motion_continuity(motion: Motion) -> tuple[FloatArray, FloatArray]:
         sign[:, triples], offset[:, triples] = continuity(motion.channels[:, triples], order)
     held = _hold(motion.channels[:, lone])
     offset[:, lone] = 360.0 * np.round((np.unwrap(held, axis=0, period=360.0) - held) / 360.0)
+    steps = np.abs(wrap_degrees(np.diff(_hold(motion.channels), axis=0)))
+    trembles = np.median(steps, axis=0) > TREMBLING_DEG if len(steps) else np.zeros(0, bool)
+    for joint in np.unique(motion.skeleton.channel_joint[np.flatnonzero(trembles)]):
+        of_joint = motion.skeleton.channel_joint == joint
+        sign[:, of_joint], offset[:, of_joint] = 1.0, 0.0
     return sign, offset
 
 

@@ -341,3 +341,22 @@ def test_real_clips_become_continuous_and_keep_their_poses(data_dir, name):
         best = np.linalg.norm(align_euler(path[1:], path[:-1], order) - path[:-1], axis=-1)
         assert np.all(step <= best + 1e-9)
     np.testing.assert_allclose(align_to(continuous, motion).channels, motion.channels, atol=1e-9)
+
+
+def test_weak_noise_does_not_hide_a_wrap_and_strong_noise_is_not_taken_for_one(small_motion):
+    joint = [small_motion.skeleton.channel_index(f"Spine.{axis}rotation") for axis in "XYZ"]
+    still = np.zeros((2000, small_motion.skeleton.n_channels))
+    noise = np.random.default_rng(0).normal(size=(2000, 3))
+
+    weak = still.copy()
+    weak[:, joint] = 8 * noise
+    wrapped = weak.copy()
+    wrapped[700:, joint[0]] += 360
+    repaired = make_continuous(small_motion.with_channels(wrapped))
+    np.testing.assert_allclose(repaired.channels, weak, atol=1e-9)
+
+    strong = still.copy()
+    strong[:, joint] = 90 * noise
+    assert (np.abs(np.diff(strong[:, joint], axis=0)) > 180).any()
+    left_alone = make_continuous(small_motion.with_channels(strong))
+    np.testing.assert_array_equal(left_alone.channels, strong)

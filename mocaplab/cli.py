@@ -30,7 +30,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"mocaplab {options.command}: error: {_one_line(error)}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
-        print("stopped", file=sys.stderr)
+        print(f"mocaplab {options.command}: stopped", file=sys.stderr)
         return 130
     return 0
 
@@ -95,7 +95,7 @@ def _parser() -> argparse.ArgumentParser:
     train.add_argument("folder", metavar="FOLDER", help="folder of clean .bvh files")
     _add_output(train, "MODEL", "the trained model, a .safetensors file")
     train.add_argument(
-        "--epochs", type=int, default=200, help="passes over the clips (default: %(default)s)"
+        "--epochs", type=_count, default=200, help="passes over the clips (default: %(default)s)"
     )
     train.add_argument(
         "--seed", type=int, default=0, help="the same seed gives the same model (default: 0)"
@@ -124,7 +124,7 @@ def _parser() -> argparse.ArgumentParser:
         "--reference", metavar="CLEAN.bvh", help="compare the files with this clean one"
     )
     evaluate.add_argument(
-        "--repeats", type=int, default=5, help="times that fresh noise is drawn (default: 5)"
+        "--repeats", type=_count, default=5, help="times that fresh noise is drawn (default: 5)"
     )
     evaluate.add_argument(
         "--all-clips", action="store_true", help="also score clips that the model was trained on"
@@ -135,6 +135,13 @@ def _parser() -> argparse.ArgumentParser:
     info = add(commands.info, "tell what is in a BVH file", "example:\n  mocaplab info walk.bvh")
     info.add_argument("file", metavar="FILE.bvh")
     return parser
+
+
+def _count(text: str) -> int:
+    """Read a whole number above 0."""
+    if not text.isdecimal() or int(text) == 0:
+        raise argparse.ArgumentTypeError(f"must be a whole number above 0, got {text!r}")
+    return int(text)
 
 
 def _add_output(parser: argparse.ArgumentParser, metavar: str, text: str) -> None:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from tqdm.auto import tqdm
 
 from mocaplab.bvh import load_bvh, save_bvh
 from mocaplab.corruption import angular_noise
@@ -23,9 +24,10 @@ from mocaplab.evaluation import (
     rms_moving_deg,
     table_by_action,
 )
+from mocaplab.files import check_writable
 from mocaplab.filters import Denoiser, GaussianDenoiser
 from mocaplab.kinematics import jitter
-from mocaplab.motion import moving_channels
+from mocaplab.motion import Motion, moving_channels
 from mocaplab.rotations import align_to, make_continuous, motion_continuity
 
 if TYPE_CHECKING:
@@ -39,11 +41,7 @@ def clean(options: argparse.Namespace) -> None:
     noisy = load_bvh(options.file)
     cleaner = Cleaner(options.model)
     cleaned = cleaner.clean(noisy)
-    # A millionth of a degree is enough for the samples that were changed.
-    rounded = np.where(
-        cleaned.channels == noisy.channels, noisy.channels, cleaned.channels.round(6)
-    )
-    cleaned = cleaned.with_channels(rounded)
+    cleaned = _round_changes(noisy, cleaned)
     save_bvh(cleaned, options.output)
     print(report_changes(noisy, cleaned))
     print(f"wrote     {options.output}")
@@ -53,12 +51,19 @@ def corrupt(options: argparse.Namespace) -> None:
     """Add angular noise to a file."""
     motion = load_bvh(options.file)
     noisy = angular_noise(motion, options.noise, rng=np.random.default_rng(options.seed))
-    save_bvh(noisy.with_channels(noisy.channels.round(6)), options.output)
+    noisy = _round_changes(motion, noisy)
+    save_bvh(noisy, options.output)
     moving = moving_channels(motion)
     error = rms_moving_deg(noisy, motion)
     print(f"noise     {error:.2f} degrees RMS on the {moving.sum()} channels that move")
     print(f"jitter    {jitter(motion):,.0f} -> {jitter(noisy):,.0f} units/s^3")
     print(f"wrote     {options.output}")
+
+
+def _round_changes(before: Motion, after: Motion) -> Motion:
+    """Round the samples that were changed to a millionth of a degree; it keeps files small."""
+    same = after.channels == before.channels
+    return after.with_channels(np.where(same, before.channels, after.channels.round(6)))
 
 
 def train(options: argparse.Namespace) -> None:
@@ -68,6 +73,7 @@ def train(options: argparse.Namespace) -> None:
     from mocaplab.training import TrainConfig
     from mocaplab.training import train as train_model
 
+    check_writable(options.output)
     dataset = load_folder(options.folder)
     test = None
     training = dataset
@@ -76,8 +82,12 @@ def train(options: argparse.Namespace) -> None:
     frames = sum(clip.n_frames for clip in training.clips)
     print(f"training on {len(training)} clips ({frames} frames) of {options.folder}")
     config = TrainConfig(epochs=options.epochs, seed=options.seed)
-    checkpoint = train_model(training.clips, config, state_path=f"{options.output}.part")
+    state_path = Path(f"{options.output}.part")
+    if state_path.exists():
+        print(f"going on from {state_path}")
+    checkpoint = train_model(training.clips, config, state_path=state_path)
     save_checkpoint(checkpoint, options.output)
+    state_path.unlink()
     print(f"wrote {options.output}")
     if test is not None:
         print(f"test on the {len(test)} clips held out, noise 0.5:\n")
@@ -122,7 +132,7 @@ def _print_scores(
         "EBF": cleaner,
     }
     scores = []
-    for repeat in range(repeats):
+    for repeat in tqdm(range(repeats), desc="scoring", unit="draw", leave=False):
         corrupted = [
             corrupt_clip(clip, k=noise, rng=np.random.default_rng([seed, repeat, i]))
             for i, clip in enumerate(dataset.clips)

@@ -156,13 +156,16 @@ def split_holdout(
         raise ValueError(f"the share held out must lie between 0 and 1, got {share}")
     rng = np.random.default_rng(seed)
     test: list[int] = []
-    for action in sorted(set(dataset.actions)):
-        of_action = [i for i, a in enumerate(dataset.actions) if a == action]
+    actions = dataset.actions
+    if len(set(actions)) == len(actions):  # names tell no actions: all clips are one group
+        actions = ("clip",) * len(actions)
+    for action in sorted(set(actions)):
+        of_action = [i for i, a in enumerate(actions) if a == action]
         n = min(max(1, round(share * len(of_action))), len(of_action) - 1)
         test += rng.permutation(of_action)[:n].tolist()
     train = sorted(set(range(len(dataset))) - set(test))
     if not test:
-        raise ValueError("holding clips out needs an action with at least two clips")
+        raise ValueError("holding clips out for a test needs at least two clips, got one")
     return dataset.select(train, "train"), dataset.select(sorted(test), "test")
 
 

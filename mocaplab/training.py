@@ -41,6 +41,14 @@ class TrainConfig:
     gaussian_k: float = 0.5  # the noise for which the Gaussian is tuned
     seed: int = 0  # of first weights, pieces, noise and dropout
 
+    def __post_init__(self) -> None:
+        for name in ("epochs", "batch_size", "n_frames", "learning_rate", "gradient_norm"):
+            if not getattr(self, name) > 0:
+                raise ValueError(f"{name} must be above 0, got {getattr(self, name)}")
+        for low, high in ((self.k_low, self.k_high), (self.speed_low, self.speed_high)):
+            if not 0 <= low <= high:
+                raise ValueError(f"a range must go up from 0 or more, got {low} to {high}")
+
 
 def train(
     clips: Sequence[Motion],
@@ -58,7 +66,7 @@ def train(
     state_path : path or None
         Where to keep the state of training after every epoch. If the file is there,
         training goes on from it, and the result is the same as without interruption.
-        It is removed at the end.
+        Remove it once the model is saved.
     progress : bool
         Show a progress bar with the time left.
 
@@ -119,8 +127,6 @@ def train(
     noise_rng = np.random.default_rng([config.seed, config.epochs])
     noisy = [corrupt(clip, k=config.gaussian_k, rng=noise_rng) for clip in clips]
     gaussian_s, gaussian_per_channel_s = tune_gaussian(noisy)
-    if state_path is not None:
-        Path(state_path).unlink(missing_ok=True)
     return Checkpoint(
         model=trainer.model.eval(),
         constant=constant,

@@ -72,7 +72,7 @@ def test_split_holds_out_a_share_of_every_action(embedded):
     assert split_holdout(embedded, 0.1, seed=4)[1].clips != test.clips
     with pytest.raises(ValueError, match="between 0 and 1"):
         split_holdout(embedded, 0.0)
-    with pytest.raises(ValueError, match="at least two clips"):
+    with pytest.raises(ValueError, match="at least two clips, got one"):
         split_holdout(embedded.select([0], "one"))
 
 
@@ -117,3 +117,10 @@ def test_short_clips_are_played_back_and_forth(walk):
 def test_a_data_set_needs_clips():
     with pytest.raises(ValueError, match="needs clips"):
         Dataset("none", (), ())
+
+
+def test_split_of_clips_whose_names_tell_no_action(embedded):
+    clips = embedded.clips[:8]
+    names = Dataset("names", clips, tuple(clip.name for clip in clips))
+    train, test = split_holdout(names, 0.25, seed=0)
+    assert (len(train), len(test)) == (6, 2)

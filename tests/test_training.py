@@ -33,10 +33,11 @@ def uninterrupted(clips):
 
 
 def test_one_clip_can_be_learnt_by_heart(clips):
-    """With the same noise amount all the time the loss must fall below its start."""
-    config = replace(QUICK, epochs=40, k_low=0.5, k_high=0.5)
+    """Noise and speed stay the same all the time, so the loss must fall below its start."""
+    fixed = {"k_low": 0.5, "k_high": 0.5, "speed_low": 1.0, "speed_high": 1.0}
+    config = replace(QUICK, epochs=30, **fixed)
     losses = train(clips[:1], config, progress=False).info["losses"]
-    assert np.mean(losses[-5:]) < 0.85 * np.mean(losses[:2])
+    assert np.mean(losses[-5:]) < 0.9 * np.mean(losses[:2])
 
 
 def test_the_same_seed_gives_the_same_model(clips, uninterrupted):
@@ -66,12 +67,10 @@ def test_an_interrupted_training_goes_on_as_if_nothing_had_been(
     resumed = train(clips, QUICK, state_path=state, progress=False)
     assert_same(resumed, uninterrupted)
     assert resumed.info["losses"] == uninterrupted.info["losses"]
-    assert not state.exists()
 
 
-def test_the_state_of_another_training_is_refused(clips, tmp_path, monkeypatch):
+def test_the_state_of_another_training_is_refused(clips, tmp_path):
     state = tmp_path / "model.part"
-    monkeypatch.setattr(type(state), "unlink", lambda *a, **k: None)
     train(clips, replace(QUICK, epochs=1), state_path=state, progress=False)
     with pytest.raises(CheckpointError, match="another training"):
         train(clips, QUICK, state_path=state, progress=False)
@@ -80,6 +79,12 @@ def test_the_state_of_another_training_is_refused(clips, tmp_path, monkeypatch):
 def test_a_loss_that_is_not_finite_stops_with_advice(clips):
     with pytest.raises(FloatingPointError, match="smaller learning_rate"):
         train(clips, replace(QUICK, learning_rate=float("inf")), progress=False)
+
+
+@pytest.mark.parametrize("wrong", [{"epochs": 0}, {"learning_rate": -1.0}, {"k_low": 2.0}])
+def test_settings_without_sense_are_refused(wrong):
+    with pytest.raises(ValueError, match="must"):
+        TrainConfig(**wrong)
 
 
 def test_clips_that_do_not_move_are_refused(clips):

@@ -5,6 +5,8 @@ PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
 PORT   ?= 8888
+# Containers often run as root, which JupyterLab refuses unless it is told.
+ROOT   := $(if $(filter 0,$(shell id -u 2>/dev/null)),--allow-root)
 
 .DEFAULT_GOAL := help
 .PHONY: help lab test check format weights notebooks clean
@@ -15,7 +17,8 @@ help:  ## show this list
 # torch first: pip takes a CPU build where it knows one. Otherwise uv, which
 # knows where the CPU builds are kept, installs it.
 $(BIN)/.torch: constraints.txt
-	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	@echo "setting up .venv; this takes some minutes, once"
+	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install -q -c constraints.txt torch || \
 	  ( echo "pip knows no CPU build of torch; asking uv for one" && \
 	    $(BIN)/python -m pip install -q uv && \
@@ -31,7 +34,7 @@ $(BIN)/.dev: $(BIN)/.torch pyproject.toml
 	touch $@ $(BIN)/.lab
 
 lab: $(BIN)/.lab  ## set up, then open the notebooks in JupyterLab
-	$(BIN)/jupyter lab --port $(PORT) --ServerApp.root_dir=notebooks \
+	$(BIN)/jupyter lab $(ROOT) --port $(PORT) --ServerApp.root_dir=notebooks \
 	  --LabApp.default_url=/lab/tree/00_start_here.ipynb
 
 test: $(BIN)/.dev check  ## set up, then run every check, test and notebook

@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 
 from mocaplab.bvh import load_bvh
+from mocaplab.euler import alternate_euler, make_continuous, rotation_triples, wrap_degrees
 from mocaplab.motion import BoolArray, FloatArray, Motion, Skeleton
 from mocaplab.motion_model import turn_root
-from mocaplab.rotations import alternate_euler, make_continuous, rotation_triples, wrap_degrees
 
 ACTIONS = ("walk", "run", "jump", "kick")
 SHORT_REACH, SPIN_DEG = 2.0, 110.0

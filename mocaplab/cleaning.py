@@ -64,7 +64,7 @@ class Cleaner:
         Parameters
         ----------
         motion : Motion
-            Continuous, without NaN: :func:`mocaplab.rotations.make_continuous`.
+            Continuous, without NaN: :func:`mocaplab.euler.make_continuous`.
 
         Returns
         -------

@@ -16,6 +16,7 @@ from mocaplab.bvh import load_bvh, save_bvh
 from mocaplab.corruption import angular_noise
 from mocaplab.corruption import corrupt as corrupt_clip
 from mocaplab.datasets import Dataset, clip_digest, load_folder, split_holdout
+from mocaplab.euler import align_to, make_continuous, motion_continuity
 from mocaplab.evaluation import (
     Untouched,
     compare_methods,
@@ -28,7 +29,6 @@ from mocaplab.files import check_writable
 from mocaplab.filters import Denoiser, GaussianDenoiser
 from mocaplab.kinematics import jitter
 from mocaplab.motion import Motion, moving_channels
-from mocaplab.rotations import align_to, make_continuous, motion_continuity
 
 if TYPE_CHECKING:
     from mocaplab.cleaning import Cleaner

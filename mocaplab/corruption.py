@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from mocaplab.euler import make_continuous
 from mocaplab.motion import BoolArray, Corrupted, Motion, moving_channels
-from mocaplab.rotations import make_continuous
 
 
 def angular_noise(motion: Motion, k: float, *, rng: np.random.Generator) -> Motion:
@@ -19,7 +19,7 @@ def angular_noise(motion: Motion, k: float, *, rng: np.random.Generator) -> Moti
     The noise of a channel is Gaussian with k times the standard deviation that the
     channel has in this clip: k = 0.1 / 0.5 / 0.9 is a signal-to-noise ratio of
     20 / 6 / 1 dB. Constant channels get none. The deviation is that of the continuous
-    angles (:func:`mocaplab.rotations.make_continuous`): a jump of 360 degrees in a file
+    angles (:func:`mocaplab.euler.make_continuous`): a jump of 360 degrees in a file
     would blow it up, and the noise with it.
 
     Parameters

@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 
 from mocaplab.bvh import load_bvh
+from mocaplab.euler import make_continuous
 from mocaplab.kinematics import root_angular_velocity
 from mocaplab.motion import FloatArray, IntArray, Motion, Skeleton, moving_channels
-from mocaplab.rotations import make_continuous
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,7 +21,7 @@ def rms_all_deg(motion: Motion, clean: Motion) -> float:
     ----------
     motion, clean : Motion
         Of one skeleton, in the same Euler branch
-        (:func:`mocaplab.rotations.align_to`).
+        (:func:`mocaplab.euler.align_to`).
 
     Returns
     -------

@@ -32,7 +32,7 @@ def write_atomically(path: str | os.PathLike[str], content: str | bytes) -> None
     OSError
         If the file cannot be written; an older file of that name is then unharmed.
     """
-    path = Path(path)
+    path = Path(path).resolve()  # a link stays a link, and what it points to is replaced
     check_writable(path)
     data = content.encode() if isinstance(content, str) else content
     handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)

@@ -11,8 +11,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mocaplab.euler import motion_continuity
 from mocaplab.motion import BoolArray, Corrupted, FloatArray, Motion, moving_channels
-from mocaplab.rotations import motion_continuity
 
 SIGMA_GRID_S = np.round(np.geomspace(0.004, 0.25, 37), 4)
 """The widths that tuning tries, in seconds."""

@@ -28,8 +28,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mocaplab.euler import align_euler
 from mocaplab.motion import BoolArray, FloatArray, Motion, Skeleton
-from mocaplab.rotations import align_euler, axis_angle_to_matrix, euler_to_matrix
+from mocaplab.rotations import axis_angle_to_matrix, euler_to_matrix
 
 FRAME_TIME = 0.0083333  # seconds, as the CMU files have it
 CM_PER_UNIT = 2.54 / 0.45  # CMU's length unit

@@ -8,9 +8,9 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 
+from mocaplab.euler import align_to
 from mocaplab.kinematics import forward_kinematics
 from mocaplab.motion import Motion
-from mocaplab.rotations import align_to
 
 COLORS = {
     "clean": "#000000",

@@ -5,10 +5,10 @@ import pytest
 
 from mocaplab.cleaning import Cleaner, report_changes
 from mocaplab.corruption import corrupt
+from mocaplab.euler import make_continuous
 from mocaplab.evaluation import rms_all_deg
 from mocaplab.filters import GaussianDenoiser
 from mocaplab.motion import moving_channels
-from mocaplab.rotations import make_continuous
 
 
 @pytest.fixture(scope="module")

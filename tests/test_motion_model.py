@@ -13,6 +13,7 @@ from data_tools.gait_cycles import fit_cycle, gait_phase, is_plain_gait, travel_
 from data_tools.model_clips import common_branch, hold_spinning, joint_reach
 from data_tools.motion_events import fit_event, jump_landmarks, kick_landmarks
 from mocaplab.bvh import save_bvh
+from mocaplab.euler import alternate_euler
 from mocaplab.kinematics import forward_kinematics
 from mocaplab.motion import Motion, Skeleton
 from mocaplab.motion_model import (
@@ -23,7 +24,6 @@ from mocaplab.motion_model import (
     load_motion_model,
     turn_root,
 )
-from mocaplab.rotations import alternate_euler
 from mocaplab.synthesis import synthesize
 
 

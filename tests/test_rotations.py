@@ -12,21 +12,19 @@ from hypothesis.extra.numpy import arrays
 from scipy.spatial.transform import Rotation
 
 from mocaplab.bvh import load_bvh
-from mocaplab.kinematics import forward_kinematics
-from mocaplab.motion import Motion, Skeleton
-from mocaplab.rotations import (
+from mocaplab.euler import (
     align_euler,
     align_to,
     alternate_euler,
-    axis_angle_to_matrix,
     continuity,
-    euler_to_matrix,
     make_continuous,
-    matrix_to_rotation_vector,
     motion_continuity,
     rotation_triples,
     wrap_degrees,
 )
+from mocaplab.kinematics import forward_kinematics
+from mocaplab.motion import Motion, Skeleton
+from mocaplab.rotations import axis_angle_to_matrix, euler_to_matrix, matrix_to_rotation_vector
 
 ORDERS = ["".join(axes) for axes in product("XYZ", repeat=3) if axes[0] != axes[1] != axes[2]]
 few = settings(max_examples=25, deadline=None)

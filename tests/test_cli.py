@@ -2,6 +2,8 @@
 
 import os
 import stat
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -172,3 +174,10 @@ def test_help_lists_the_commands(capsys):
     printed = capsys.readouterr().out
     for command in ("clean", "corrupt", "train", "evaluate", "info"):
         assert f"\n    {command} " in printed
+
+
+def test_a_reader_that_stops_early_sees_no_error(walk_file):
+    command = f'"{sys.executable}" -m mocaplab info "{walk_file}" | head -1'
+    done = subprocess.run(command, shell=True, capture_output=True, text=True, check=True)
+    assert done.stdout.startswith("name")
+    assert done.stderr == ""

@@ -19,7 +19,7 @@ from mocaplab.corruption import corrupt
 from mocaplab.datasets import Batch, Windows, clip_digest
 from mocaplab.files import write_atomically
 from mocaplab.filters import tune_gaussian
-from mocaplab.motion import BoolArray, Motion, moving_channels
+from mocaplab.motion import CONSTANT_STD_DEG, BoolArray, Motion, moving_channels
 from mocaplab.networks import EBF, EBFConfig, adaptive_gaussian, seeded
 from mocaplab.normalization import constant_channels, standardize
 
@@ -159,6 +159,7 @@ class _Trainer:
         # Divided by the clip's own movement; otherwise the few clips with the widest
         # movements would decide everything.
         spread = _float32(batch.std[..., self.columns] ** 2).mean(dim=-1)  # (B, 1)
+        spread = spread.clamp_min(CONSTANT_STD_DEG**2)  # a clip that does not move at all
         weight = _float32(batch.weight)  # (B, T)
         loss = (error.mean(dim=-1) / spread * weight).sum() / weight.sum()
         optimizer.zero_grad()

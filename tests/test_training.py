@@ -81,6 +81,12 @@ def test_a_loss_that_is_not_finite_stops_with_advice(clips):
         train(clips, replace(QUICK, learning_rate=float("inf")), progress=False)
 
 
+def test_a_still_clip_among_others_does_no_harm(clips):
+    still = clips[1].with_channels(np.zeros_like(clips[1].channels))
+    losses = train([clips[0], still], QUICK, progress=False).info["losses"]
+    assert np.isfinite(losses).all()
+
+
 @pytest.mark.parametrize("wrong", [{"epochs": 0}, {"learning_rate": -1.0}, {"k_low": 2.0}])
 def test_settings_without_sense_are_refused(wrong):
     with pytest.raises(ValueError, match="must"):

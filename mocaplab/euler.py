@@ -23,6 +23,24 @@ def wrap_degrees(angles_deg: ArrayLike) -> FloatArray:
     return np.where(angles < -180.0, angles + 360.0, angles)
 
 
+def unwrap_degrees(angles_deg: ArrayLike) -> FloatArray:
+    """Add full turns along axis 0 so that no step is over 180 degrees; NaN stays NaN."""
+    angles = np.asarray(angles_deg, dtype=np.float64)
+    return angles + _full_turns(angles)
+
+
+def _full_turns(angles: FloatArray) -> FloatArray:
+    """Find what unwrapping adds, as exact multiples of 360; gaps hold the turns before them."""
+    held = _hold(angles)
+    return 360.0 * np.round((np.unwrap(held, axis=0, period=360.0) - held) / 360.0)
+
+
+def check_order(order: str) -> None:
+    """Refuse, with a ValueError, what is not one of the 12 Euler orders."""
+    if len(order) != 3 or set(order) - set("XYZ") or order[1] in (order[0], order[2]):
+        raise ValueError(f"expected three letters out of XYZ, neighbours different, got {order!r}")
+
+
 def alternate_euler(angles_deg: ArrayLike, order: str) -> FloatArray:
     """Return the other Euler triple of the same rotation.
 
@@ -40,8 +58,7 @@ def alternate_euler(angles_deg: ArrayLike, order: str) -> FloatArray:
     ValueError
         For any other order.
     """
-    if len(order) != 3 or set(order) - set("XYZ") or order[1] in (order[0], order[2]):
-        raise ValueError(f"expected three letters out of XYZ, neighbours different, got {order!r}")
+    check_order(order)
     angles = np.asarray(angles_deg, dtype=np.float64)
     middle = -angles[..., 1] if order[0] == order[2] else 180.0 - angles[..., 1]
     return np.stack([angles[..., 0] + 180.0, middle, angles[..., 2] + 180.0], axis=-1)
@@ -141,6 +158,25 @@ def _hold(values: FloatArray) -> FloatArray:
     return np.nan_to_num(held, nan=0.0)  # only a channel that was never observed
 
 
+def channels_of_order(skeleton: Skeleton) -> dict[str, tuple[list[int], list[list[int]]]]:
+    """Group joints by their Euler order, so that all joints of one order go together.
+
+    Returns
+    -------
+    dict from order ("ZYX", or shorter for hinges) to (joints, a list of each one's rotation
+    channels in file order); joints without rotation channels are left out
+    """
+    groups: dict[str, tuple[list[int], list[list[int]]]] = {}
+    for joint in range(skeleton.n_joints):
+        columns = np.flatnonzero((skeleton.channel_joint == joint) & skeleton.is_rotation)
+        order = "".join(skeleton.channel_kind[c][0] for c in columns)
+        if order:
+            joints, columns_of_joint = groups.setdefault(order, ([], []))
+            joints.append(joint)
+            columns_of_joint.append(columns.tolist())
+    return groups
+
+
 def rotation_triples(skeleton: Skeleton) -> list[tuple[int, list[int], str]]:
     """List the joints that have three rotation channels.
 
@@ -148,13 +184,13 @@ def rotation_triples(skeleton: Skeleton) -> list[tuple[int, list[int], str]]:
     -------
     list of (joint, the three channel indices in file order, Euler order)
     """
-    triples = []
-    for joint in range(skeleton.n_joints):
-        channels = np.flatnonzero((skeleton.channel_joint == joint) & skeleton.is_rotation)
-        order = "".join(skeleton.channel_kind[c][0] for c in channels)
-        if len(order) == 3 and order[0] != order[1] != order[2]:
-            triples.append((joint, channels.tolist(), order))
-    return triples
+    groups = [(order, *group) for order, group in channels_of_order(skeleton).items()]
+    return sorted(
+        (joint, columns, order)
+        for order, joints, columns_of_joint in groups
+        for joint, columns in zip(joints, columns_of_joint, strict=True)
+        if len(order) == 3
+    )
 
 
 def motion_continuity(motion: Motion) -> tuple[FloatArray, FloatArray]:
@@ -171,15 +207,12 @@ def motion_continuity(motion: Motion) -> tuple[FloatArray, FloatArray]:
     """
     sign = np.ones_like(motion.channels)
     offset = np.zeros_like(motion.channels)
-    lone = motion.skeleton.is_rotation.copy()
-    columns_of_order: dict[str, list[list[int]]] = {}  # all joints of one order go together
-    for _, columns, order in rotation_triples(motion.skeleton):
-        columns_of_order.setdefault(order, []).append(columns)
-        lone[columns] = False
-    for order, triples in columns_of_order.items():
-        sign[:, triples], offset[:, triples] = continuity(motion.channels[:, triples], order)
-    held = _hold(motion.channels[:, lone])
-    offset[:, lone] = 360.0 * np.round((np.unwrap(held, axis=0, period=360.0) - held) / 360.0)
+    for order, (_, columns) in channels_of_order(motion.skeleton).items():
+        angles = motion.channels[:, columns]
+        if len(order) == 3:
+            sign[:, columns], offset[:, columns] = continuity(angles, order)
+        else:
+            offset[:, columns] = _full_turns(angles)
     steps = np.abs(wrap_degrees(np.diff(_hold(motion.channels), axis=0)))
     trembles = np.median(steps, axis=0) > TREMBLING_DEG if len(steps) else np.zeros(0, bool)
     for joint in np.unique(motion.skeleton.channel_joint[np.flatnonzero(trembles)]):
@@ -217,9 +250,10 @@ def align_to(motion: Motion, reference: Motion) -> Motion:
         )
     channels = motion.channels.copy()
     nearest = np.where(np.isnan(reference.channels), channels, reference.channels)
-    lone = motion.skeleton.is_rotation.copy()
-    for _, columns, order in rotation_triples(motion.skeleton):
-        channels[:, columns] = align_euler(channels[:, columns], nearest[:, columns], order)
-        lone[columns] = False
-    channels[:, lone] = _nearest_turn(channels[:, lone], nearest[:, lone])
+    for order, (_, columns) in channels_of_order(motion.skeleton).items():
+        angles, near = channels[:, columns], nearest[:, columns]
+        if len(order) == 3:
+            channels[:, columns] = align_euler(angles, near, order)
+        else:
+            channels[:, columns] = _nearest_turn(angles, near)
     return motion.with_channels(channels)

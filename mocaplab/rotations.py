@@ -1,11 +1,12 @@
-"""Rotations: Euler angles, matrices and quaternions, and the traps of Euler angles.
+"""Rotations: Euler angles to and from matrices, quaternions, rotation vectors and 6D.
 
 Euler angles are in degrees, because that is what BVH files hold; everything else is
 in radians or has no unit. An Euler *order* such as ``"ZYX"`` lists the axes as the
 file does. The rotations are intrinsic: with angles (a, b, c) the matrix is
-``R = R_Z(a) @ R_Y(b) @ R_X(c)``, and a child's vector v becomes ``R @ v``.
+``R = R_Z(a) @ R_Y(b) @ R_X(c)``, and a child's vector v becomes ``R @ v``. Quaternions
+have w first; what else can be done with them stands in :mod:`mocaplab.quaternions`.
 
-Every function works on any number of leading axes.
+Every function works on any number of leading axes. NaN comes out where NaN goes in.
 """
 
 from __future__ import annotations
@@ -13,7 +14,20 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mocaplab.motion import FloatArray
+from mocaplab.euler import channels_of_order, check_order
+from mocaplab.motion import FloatArray, Motion, Skeleton
+from mocaplab.quaternions import (
+    TOLERANCE,
+    as_matrix,
+    as_shape,
+    matrix_to_quaternion,
+    quaternion_to_matrix,
+    quaternion_to_rotation_vector,
+    rotation_vector_to_quaternion,
+)
+
+GIMBAL_LOCK = 1e-10
+"""Nearer to lock than this (a sine), the first and third angle are one."""
 
 
 def axis_angle_to_matrix(axis: str, angle_rad: ArrayLike) -> FloatArray:
@@ -61,19 +75,183 @@ def euler_to_matrix(angles_deg: ArrayLike, order: str) -> FloatArray:
     return matrix
 
 
-def matrix_to_rotation_vector(matrix: ArrayLike) -> FloatArray:
-    """Rotation vector (axis times angle) of a rotation matrix.
+def matrix_to_euler(matrix: ArrayLike, order: str) -> FloatArray:
+    """Intrinsic Euler angles of rotation matrices, for any of the 12 orders.
+
+    Of the two triples of a rotation, the one is returned whose middle angle lies in
+    [-90, 90] degrees (in [0, 180] for a repeated axis, such as "ZXZ"). At gimbal lock,
+    that is at the ends of this range, only the sum or difference of the first and third
+    angle is known: the third is then 0.
 
     Parameters
     ----------
     matrix : array, shape (..., 3, 3)
+    order : str of three letters out of "XYZ", neighbours different
 
     Returns
     -------
-    array, shape (..., 3), radians, of length at most pi
+    array, shape (..., 3), degrees
     """
-    from scipy.spatial.transform import Rotation  # as fast as ours, and here only
+    return _matrix_to_euler(as_matrix(matrix), order)
 
-    matrix = np.asarray(matrix, dtype=np.float64)
-    flat = Rotation.from_matrix(matrix.reshape(-1, 3, 3)).as_rotvec()
-    return np.asarray(flat).reshape(*matrix.shape[:-2], 3)
+
+def _matrix_to_euler(m: FloatArray, order: str) -> FloatArray:
+    check_order(order)
+    i, j = "XYZ".index(order[0]), "XYZ".index(order[1])
+    k = 3 - i - j
+    sign = 1.0 if (j - i) % 3 == 1 else -1.0  # is (i, j, k) a right-handed set of axes?
+    if order[0] == order[2]:
+        sine_first, cosine_first = m[..., j, i], -sign * m[..., k, i]
+    else:
+        sine_first, cosine_first = -sign * m[..., j, k], m[..., k, k]
+    reach = np.hypot(sine_first, cosine_first)
+    locked = reach < GIMBAL_LOCK
+    first = np.arctan2(
+        np.where(locked, sign * m[..., k, j], sine_first),
+        np.where(locked, m[..., j, j], cosine_first),
+    )
+    # Row j of the matrix with the first turn undone knows the third turn alone, even
+    # close to lock, where the first is uncertain: the third makes up for its error.
+    cosine, sine = np.cos(first)[..., None], sign * np.sin(first)[..., None]
+    row = cosine * m[..., j, :] + sine * m[..., k, :]
+    if order[0] == order[2]:
+        middle = np.arctan2(reach, m[..., i, i])
+        third = np.arctan2(-sign * row[..., k], row[..., j])
+    else:
+        middle = np.arctan2(sign * m[..., i, k], reach)
+        third = np.arctan2(sign * row[..., i], row[..., j])
+    third = np.where(locked, 0.0, third)
+    return np.degrees(np.stack([first, middle, third], axis=-1))
+
+
+def euler_to_quaternion(angles_deg: ArrayLike, order: str) -> FloatArray:
+    """Quaternions from intrinsic Euler angles; arguments as in :func:`euler_to_matrix`.
+
+    Returns
+    -------
+    array, shape (..., 4), w first; smooth in the angles, so w may be negative
+    """
+    angles = np.asarray(angles_deg, dtype=np.float64)
+    if not order or angles.shape[-1:] != (len(order),) or set(order) - set("XYZ"):
+        raise ValueError(f"order {order!r} does not fit angles of shape {angles.shape}")
+    half = np.radians(angles) / 2
+    q = [np.ones(half.shape[:-1]), *np.zeros((3, *half.shape[:-1]))]
+    for letter, axis in enumerate(order):
+        i = 1 + "XYZ".index(axis)
+        j, k = 1 + i % 3, 1 + (i + 1) % 3
+        c, s = np.cos(half[..., letter]), np.sin(half[..., letter])
+        # q times (c, s about axis i)
+        q[0], q[i] = c * q[0] - s * q[i], c * q[i] + s * q[0]
+        q[j], q[k] = c * q[j] + s * q[k], c * q[k] - s * q[j]
+    return np.stack(q, axis=-1)
+
+
+def quaternion_to_euler(quaternion: ArrayLike, order: str) -> FloatArray:
+    """Intrinsic Euler angles, shape (..., 3), of quaternions: see :func:`matrix_to_euler`."""
+    return _matrix_to_euler(quaternion_to_matrix(quaternion), order)
+
+
+def matrix_to_rotation_vector(matrix: ArrayLike) -> FloatArray:
+    """Rotation vectors (axis times angle), shape (..., 3), radians, of rotation matrices."""
+    return quaternion_to_rotation_vector(matrix_to_quaternion(matrix))
+
+
+def rotation_vector_to_matrix(vector_rad: ArrayLike) -> FloatArray:
+    """Rotation matrices, shape (..., 3, 3), of rotation vectors, shape (..., 3), radians."""
+    return quaternion_to_matrix(rotation_vector_to_quaternion(vector_rad))
+
+
+def matrix_to_sixd(matrix: ArrayLike) -> FloatArray:
+    """Return the first two columns of rotation matrices, one after the other.
+
+    These six numbers, shape (..., 6), change smoothly with the rotation, which no three or
+    four can do (Zhou et al. 2019, "On the continuity of rotation representations in neural
+    networks").
+    """
+    m = as_matrix(matrix)
+    return np.concatenate([m[..., 0], m[..., 1]], axis=-1)
+
+
+def sixd_to_matrix(sixd: ArrayLike) -> FloatArray:
+    """Rotation matrices from two columns, which need be neither unit nor orthogonal.
+
+    The first column is scaled to length 1, the second made orthogonal to it (Gram-Schmidt,
+    equation 15 of Zhou et al. 2019); the third is their cross product.
+
+    Parameters
+    ----------
+    sixd : array, shape (..., 6): see :func:`matrix_to_sixd`
+
+    Returns
+    -------
+    array, shape (..., 3, 3)
+        ValueError if a column is zero or both lie on one line.
+    """
+    values = as_shape(sixd, (6,), "6D rotations")
+    first, second = values[..., :3], values[..., 3:]
+    size = np.linalg.norm(values, axis=-1, keepdims=True)
+    length = np.linalg.norm(first, axis=-1, keepdims=True)
+    x = first / np.where(length > 0, length, 1.0)
+    y = second - np.sum(x * second, axis=-1, keepdims=True) * x
+    rest = np.linalg.norm(y, axis=-1, keepdims=True)
+    if np.any(np.minimum(length, rest) <= 1e-9 * size):
+        raise ValueError("expected two columns in different directions, got zero or parallel ones")
+    y = y / rest
+    return np.stack([x, y, np.cross(x, y)], axis=-1)
+
+
+def motion_to_quaternions(motion: Motion) -> FloatArray:
+    """Each joint's rotation relative to its parent, whatever the Euler orders are.
+
+    Returns
+    -------
+    array, shape (T, J, 4)
+        No turn, (1, 0, 0, 0), for joints without rotation channels.
+    """
+    quaternions = np.zeros((motion.n_frames, motion.skeleton.n_joints, 4))
+    quaternions[..., 0] = 1.0
+    for order, (joints, columns) in channels_of_order(motion.skeleton).items():
+        quaternions[:, joints] = euler_to_quaternion(motion.channels[:, columns], order)
+    return quaternions
+
+
+def quaternions_to_channels(quaternions: ArrayLike, skeleton: Skeleton) -> FloatArray:
+    """Rotation channels from each joint's rotation, each joint in its own Euler order.
+
+    The angles are those of :func:`matrix_to_euler`, so they may jump from frame to frame:
+    :func:`mocaplab.euler.make_continuous` joins them up.
+
+    Parameters
+    ----------
+    quaternions : array, shape (T, J, 4)
+    skeleton : Skeleton
+
+    Returns
+    -------
+    array, shape (T, R), degrees
+        For the R rotation channels: ``channels[:, skeleton.is_rotation] = ...``
+
+    Raises
+    ------
+    ValueError
+        If a joint has one or two rotation channels, which cannot hold every rotation, or
+        has none and is to be turned.
+    """
+    q = as_shape(quaternions, (skeleton.n_joints, 4), "quaternions")
+    if q.ndim != 3:
+        raise ValueError(f"expected quaternions of shape (T, J, 4), got {q.shape}")
+    channels = np.zeros((len(q), skeleton.n_channels))
+    fixed = np.ones(skeleton.n_joints, dtype=bool)
+    for order, (joints, columns) in channels_of_order(skeleton).items():
+        if len(order) != 3:
+            raise ValueError(
+                f"expected three rotation channels or none for every joint, got {order!r} for "
+                f"joint {skeleton.joint_names[joints[0]]!r}"
+            )
+        channels[:, columns] = quaternion_to_euler(q[:, joints], order)
+        fixed[joints] = False
+    turned = fixed & (np.abs(q[..., 1:]) > TOLERANCE).any(axis=(0, 2))
+    if turned.any():
+        name = skeleton.joint_names[int(np.argmax(turned))]
+        raise ValueError(f"expected no turn of joint {name!r}, which has no rotation channels")
+    return channels[:, skeleton.is_rotation]

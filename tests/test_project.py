@@ -22,7 +22,8 @@ TOOLS = sorted((ROOT / "data_tools").glob("*.py"))
 # Each module may import only modules that stand on a line above its own.
 LAYERS = [
     ["files", "motion"],
-    ["rotations", "euler", "bvh_hierarchy"],
+    ["quaternions", "euler", "bvh_hierarchy"],
+    ["rotations"],
     ["bvh", "kinematics", "motion_model"],
     ["corruption", "filters", "normalization", "networks", "foot_placement"],
     ["synthesis"],

@@ -1,4 +1,4 @@
-"""Euler angles against scipy, and the two traps: full turns and branch switches."""
+"""Every conversion against scipy: 12 orders, leading axes, gimbal lock, none and half a turn."""
 
 from __future__ import annotations
 
@@ -6,30 +6,36 @@ from itertools import product
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.spatial.transform import Rotation
 
-from mocaplab.bvh import load_bvh
-from mocaplab.euler import (
-    align_euler,
-    align_to,
-    alternate_euler,
-    continuity,
-    make_continuous,
-    motion_continuity,
-    rotation_triples,
-    wrap_degrees,
-)
-from mocaplab.kinematics import forward_kinematics
 from mocaplab.motion import Motion, Skeleton
-from mocaplab.rotations import axis_angle_to_matrix, euler_to_matrix, matrix_to_rotation_vector
+from mocaplab.quaternions import (
+    matrix_to_quaternion,
+    quaternion_to_matrix,
+    quaternion_to_rotation_vector,
+    rotation_vector_to_quaternion,
+)
+from mocaplab.rotations import (
+    axis_angle_to_matrix,
+    euler_to_matrix,
+    euler_to_quaternion,
+    matrix_to_euler,
+    matrix_to_rotation_vector,
+    matrix_to_sixd,
+    motion_to_quaternions,
+    quaternion_to_euler,
+    quaternions_to_channels,
+    rotation_vector_to_matrix,
+    sixd_to_matrix,
+)
 
 ORDERS = ["".join(axes) for axes in product("XYZ", repeat=3) if axes[0] != axes[1] != axes[2]]
+LEADING = [(), (4,), (2, 3)]
 few = settings(max_examples=25, deadline=None)
-angles = st.floats(-1000, 1000)
-triples = arrays(np.float64, (5, 3), elements=angles)
+triples = arrays(np.float64, (5, 3), elements=st.floats(-1000, 1000))
 
 
 def scipy_matrix(angles_deg, order):
@@ -37,12 +43,37 @@ def scipy_matrix(angles_deg, order):
     return flat.as_matrix().reshape(*np.shape(angles_deg)[:-1], 3, 3)
 
 
-def smooth_triples(order, rng, n_frames=200):
-    """A path that turns fully about two axes but stays 25 degrees off gimbal lock."""
-    t = np.linspace(0, 1, n_frames)
-    centre = 90.0 if order[0] == order[2] else 0.0
-    middle = centre + 65 * np.sin(2 * np.pi * t + rng.uniform(0, 6))
-    return np.stack([700 * t + rng.uniform(-90, 90), middle, 50 - 900 * t], axis=-1)
+def scipy_quaternion(matrix):
+    """Scipy's quaternion with w moved to the front, and w >= 0."""
+    last = Rotation.from_matrix(np.reshape(matrix, (-1, 3, 3))).as_quat()
+    q = last[:, [3, 0, 1, 2]] * np.where(last[:, 3:] < 0, -1, 1)
+    return q.reshape(*np.shape(matrix)[:-2], 4)
+
+
+def middle_lock(order):
+    """The middle angles at which an order is locked."""
+    return (0.0, 180.0) if order[0] == order[2] else (90.0, -90.0)
+
+
+def hard_angles(order, kind, rng):
+    """40 triples where a conversion may lose digits."""
+    triple = rng.uniform(-180, 180, (40, 3))
+    locks = rng.choice(middle_lock(order), 40)
+    if kind == "locked":
+        triple[:, 1] = locks
+    elif kind == "almost locked":
+        triple[:, 1] = locks + 10.0 ** rng.uniform(-13, -1, 40) * rng.choice([-1, 1], 40)
+    elif kind == "almost no turn":
+        triple = 10.0 ** rng.uniform(-15, -2, (40, 1)) * rng.normal(size=(40, 3))
+    elif kind == "almost half a turn":
+        axis = rng.normal(size=(40, 3))
+        axis /= np.linalg.norm(axis, axis=1, keepdims=True)
+        short = np.pi - 10.0 ** rng.uniform(-15, -2, (40, 1)) * rng.choice([0, 1], (40, 1))
+        triple = quaternion_to_euler(rotation_vector_to_quaternion(axis * short), order)
+    return triple
+
+
+KINDS = ["random", "locked", "almost locked", "almost no turn", "almost half a turn"]
 
 
 def test_there_are_twelve_orders():
@@ -50,7 +81,7 @@ def test_there_are_twelve_orders():
 
 
 @pytest.mark.parametrize("order", [*ORDERS, "X", "Y", "Z", "XY", "ZX", "YZ", "ZY"])
-@pytest.mark.parametrize("leading", [(), (4,), (2, 3)])
+@pytest.mark.parametrize("leading", LEADING)
 def test_euler_to_matrix_is_scipys(order, leading):
     angles_deg = np.random.default_rng(0).uniform(-400, 400, (*leading, len(order)))
     matrix = euler_to_matrix(angles_deg, order)
@@ -85,276 +116,186 @@ def test_rotation_vector_survives_no_turn_and_half_a_turn():
     np.testing.assert_allclose(np.abs(half), [np.pi, 0, 0])
 
 
-@given(st.floats(-1e6, 1e6))
-def test_wrap_degrees_stays_in_range_and_changes_only_full_turns(angle):
-    wrapped = wrap_degrees(angle)
-    assert -180 <= wrapped < 180
-    assert (wrapped - angle) / 360 == pytest.approx(np.round((wrapped - angle) / 360), abs=1e-9)
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("order", ORDERS)
+def test_there_and_back_by_every_way(order, kind):
+    angles_deg = hard_angles(order, kind, np.random.default_rng(2))
+    matrix = scipy_matrix(angles_deg, order)
+    # Nearer to lock than GIMBAL_LOCK, the angles are those at lock.
+    tight = {"atol": 1.1e-10 if kind.startswith("almost") else 1e-12, "rtol": 0}
+    np.testing.assert_allclose(euler_to_matrix(angles_deg, order), matrix, atol=1e-13)
+    for euler in (
+        matrix_to_euler(matrix, order),
+        quaternion_to_euler(matrix_to_quaternion(matrix), order),
+    ):
+        np.testing.assert_allclose(scipy_matrix(euler, order), matrix, **tight)
+        low, high = (0, 180) if order[0] == order[2] else (-90, 90)
+        assert np.all((euler[:, 1] >= low) & (euler[:, 1] <= high))
+        assert np.all(np.abs(euler) <= 180)
+        if kind == "locked":
+            np.testing.assert_array_equal(euler[:, 2], 0)
+    q = euler_to_quaternion(angles_deg, order)
+    np.testing.assert_allclose(quaternion_to_matrix(q), matrix, atol=1e-13)
+    # Rotation vectors, and through them 6D.
+    vector = matrix_to_rotation_vector(matrix)
+    assert np.all(np.linalg.norm(vector, axis=-1) <= np.pi + 1e-12)
+    np.testing.assert_allclose(rotation_vector_to_matrix(vector), matrix, atol=1e-12)
+    np.testing.assert_allclose(sixd_to_matrix(matrix_to_sixd(matrix)), matrix, atol=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("angle", "wrapped"),
-    [
-        (180, -180),
-        (-180, -180),
-        (540, -180),
-        (0.1, 0.1),
-        (359, -1),
-        (-190.0, 170),
-        (np.nextafter(-180, -181), np.nextafter(180, 0)),
-        (np.nan, np.nan),
-    ],
-)
-def test_wrap_degrees_exactly(angle, wrapped):
-    np.testing.assert_array_equal(wrap_degrees(angle), wrapped)
+@pytest.mark.parametrize("leading", LEADING)
+@pytest.mark.parametrize("order", ORDERS)
+def test_euler_angles_are_scipys(order, leading):
+    rng = np.random.default_rng(3)
+    matrix = scipy_matrix(rng.uniform(-180, 180, (*leading, 3)), order)
+    flat = Rotation.from_matrix(matrix.reshape(-1, 3, 3)).as_euler(order, degrees=True)
+    np.testing.assert_allclose(matrix_to_euler(matrix, order), flat.reshape(*leading, 3), atol=1e-9)
+
+
+@pytest.mark.parametrize("leading", LEADING)
+def test_quaternions_rotation_vectors_and_6d_are_scipys(leading):
+    vectors = np.random.default_rng(4).normal(size=(*leading, 3))
+    vectors *= 3 / np.maximum(3, np.linalg.norm(vectors, axis=-1, keepdims=True))
+    flat = Rotation.from_rotvec(vectors.reshape(-1, 3))
+    matrix = flat.as_matrix().reshape(*leading, 3, 3)
+    quaternion = scipy_quaternion(matrix)
+    close = {"atol": 1e-12, "rtol": 0}
+    np.testing.assert_allclose(matrix_to_quaternion(matrix), quaternion, **close)
+    np.testing.assert_allclose(quaternion_to_matrix(quaternion), matrix, **close)
+    np.testing.assert_allclose(rotation_vector_to_matrix(vectors), matrix, **close)
+    np.testing.assert_allclose(rotation_vector_to_quaternion(vectors), quaternion, **close)
+    np.testing.assert_allclose(quaternion_to_rotation_vector(quaternion), vectors, **close)
+    np.testing.assert_allclose(quaternion_to_rotation_vector(-quaternion), vectors, **close)
+    six = np.concatenate([matrix[..., :, 0], matrix[..., :, 1]], axis=-1)
+    np.testing.assert_array_equal(matrix_to_sixd(matrix), six)
+
+
+@few
+@given(sixd=arrays(np.float64, (4, 6), elements=st.floats(-10, 10)))
+def test_6d_makes_a_rotation_of_any_two_columns(sixd):
+    spans = np.linalg.svd(sixd.reshape(4, 2, 3), compute_uv=False)[:, 1]
+    assume(np.all(spans > 1e-4))
+    matrix = sixd_to_matrix(sixd)
+    np.testing.assert_allclose(np.swapaxes(matrix, -1, -2) @ matrix, [np.eye(3)] * 4, atol=1e-6)
+    np.testing.assert_allclose(np.linalg.det(matrix), 1, atol=1e-6)
+    plane = np.stack([sixd[:, :3], sixd[:, 3:]], axis=-1)
+    np.testing.assert_allclose(np.einsum("nij,ni->nj", plane, matrix[..., 2]), 0, atol=1e-6)
+
+
+@pytest.mark.parametrize("sixd", [[0, 0, 0, 1, 0, 0], [1, 2, 3, -2, -4, -6], [0] * 6])
+def test_6d_refuses_columns_that_span_no_plane(sixd):
+    with pytest.raises(ValueError, match="zero or parallel"):
+        sixd_to_matrix(sixd)
 
 
 @pytest.mark.parametrize("order", ORDERS)
 @few
 @given(angles_deg=triples)
-def test_the_alternate_triple_is_the_same_rotation(order, angles_deg):
-    other = alternate_euler(angles_deg, order)
+def test_quaternions_of_any_angles_are_the_same_rotation(order, angles_deg):
     np.testing.assert_allclose(
-        euler_to_matrix(other, order), euler_to_matrix(angles_deg, order), atol=1e-12
+        quaternion_to_matrix(euler_to_quaternion(angles_deg, order)),
+        euler_to_matrix(angles_deg, order),
+        atol=1e-12,
     )
-    twice = alternate_euler(other, order)
-    np.testing.assert_allclose(wrap_degrees(twice - angles_deg + 90), 90, atol=1e-9)
 
 
-@pytest.mark.parametrize("order", ["XY", "XXY", "XYY", "xyz", "XYZX", ""])
-def test_the_alternate_triple_needs_a_proper_order(order):
-    with pytest.raises(ValueError, match="three letters"):
-        alternate_euler(np.zeros(3), order)
-
-
-@pytest.mark.parametrize("order", ORDERS)
-@few
-@given(angles_deg=triples, reference=triples)
-def test_align_euler_takes_the_nearest_of_all_triples(order, angles_deg, reference):
-    aligned = align_euler(angles_deg, reference, order)
+@pytest.mark.parametrize("order", ["X", "ZY", "XYZ"])
+def test_euler_to_quaternion_takes_hinges_too(order):
+    angles_deg = np.random.default_rng(5).uniform(-180, 180, (6, len(order)))
     np.testing.assert_allclose(
-        euler_to_matrix(aligned, order), euler_to_matrix(angles_deg, order), atol=1e-12
+        quaternion_to_matrix(euler_to_quaternion(angles_deg, order)),
+        euler_to_matrix(angles_deg, order),
+        atol=1e-13,
     )
-    distance = np.linalg.norm(aligned - reference, axis=-1)
-    for triple in (angles_deg, alternate_euler(angles_deg, order)):
-        rival = reference + wrap_degrees(triple - reference)
-        assert np.all(distance <= np.linalg.norm(rival - reference, axis=-1) + 1e-9)
+    with pytest.raises(ValueError, match="does not fit angles of shape"):
+        euler_to_quaternion(np.zeros(len(order) + 1), order)
 
 
-def test_align_euler_leaves_near_angles_alone_bit_for_bit():
-    rng = np.random.default_rng(2)
-    angles_deg = rng.uniform(-60, 60, (50, 3))
-    aligned = align_euler(angles_deg, angles_deg + rng.normal(size=(50, 3)), "ZYX")
-    np.testing.assert_array_equal(aligned, angles_deg)
-
-
-def test_align_euler_keeps_nan_where_it_was_and_ignores_nan_in_the_reference():
-    angles_deg = np.array([[370.0, np.nan, 10.0], [5.0, 6.0, 367.0]])
-    reference = np.array([[0.0, 0.0, 0.0], [np.nan, 0.0, 0.0]])
-    expected = [[10.0, np.nan, 10.0], [5.0, 6.0, 7.0]]
-    np.testing.assert_array_equal(align_euler(angles_deg, reference, "XYZ"), expected)
-
-
-@pytest.mark.parametrize("order", ORDERS)
-def test_continuity_recovers_planted_turns_and_switches(order):
-    rng = np.random.default_rng(3)
-    smooth = smooth_triples(order, rng)
-    switched = rng.random(len(smooth)) < 0.2
-    switched[0] = False  # frame 0 sets the branch
-    planted = np.where(switched[:, None], alternate_euler(smooth, order), smooth)
-    planted += 360.0 * rng.integers(-3, 4, smooth.shape) * (np.arange(200) > 0)[:, None]
-
-    sign, offset = continuity(planted, order)
-    np.testing.assert_allclose(sign * planted + offset, smooth, atol=1e-10)
-    np.testing.assert_allclose(sign * (smooth - offset), planted, atol=1e-10)
-    assert set(np.unique(sign)) <= {-1.0, 1.0}
-    np.testing.assert_array_equal(offset % 180, 0)
-
-
-@pytest.mark.parametrize("order", ORDERS)
-@few
-@given(path=arrays(np.float64, (30, 3), elements=st.floats(-180, 180)))
-def test_continuity_keeps_rotations_and_leaves_no_jump_it_could_remove(order, path):
-    sign, offset = continuity(path, order)
-    continuous = sign * path + offset
-    np.testing.assert_array_equal(continuous[0], path[0])
-    np.testing.assert_allclose(
-        euler_to_matrix(continuous, order), euler_to_matrix(path, order), atol=1e-12
-    )
-    step = np.linalg.norm(np.diff(continuous, axis=0), axis=-1)
-    best = align_euler(continuous[1:], continuous[:-1], order)
-    assert np.all(step <= np.linalg.norm(best - continuous[:-1], axis=-1) + 1e-9)
-
-
-@pytest.mark.parametrize("order", ["ZYX", "YXZ", "ZXZ"])
-@pytest.mark.parametrize("hidden", ["middle", "start", "end", "one channel", "scattered"])
-def test_continuity_is_not_disturbed_by_nan(order, hidden):
-    rng = np.random.default_rng(4)
-    smooth = smooth_triples(order, rng, n_frames=600)
-    switched = np.arange(600)[:, None] // 50 % 2 == 1
-    planted = np.where(switched, alternate_euler(smooth, order), smooth)
-    planted[1:] = wrap_degrees(planted[1:])
-    gap = np.zeros_like(planted, dtype=bool)
-    if hidden == "scattered":
-        gap = rng.random(planted.shape) < 0.2
-        gap[0] = False
-    else:
-        rows = {"middle": slice(295, 305), "start": slice(0, 7), "end": slice(580, 600)}
-        gap[rows.get(hidden, slice(295, 305)), 2 if hidden == "one channel" else slice(None)] = True
-    planted[gap] = np.nan
-
-    sign, offset = continuity(planted, order)
-    continuous = sign * planted + offset
-    np.testing.assert_array_equal(np.isnan(continuous), gap)
-    assert np.isfinite(sign).all()
-    assert np.isfinite(offset).all()
-    # After a hidden start the turn count is a convention: compare up to a constant.
-    shift = np.nanmean(continuous - smooth, axis=0)
-    np.testing.assert_allclose((continuous - smooth - shift)[~gap], 0, atol=1e-8)
-    np.testing.assert_allclose(wrap_degrees(shift), 0, atol=1e-9)
-
-
-def test_continuity_goes_on_through_a_gap():
-    """What fills a gap is put back on the branch and turn of the frame before the gap."""
-    planted = smooth_triples("ZYX", np.random.default_rng(8))
-    planted[50:] = alternate_euler(planted[50:], "ZYX")
-    planted[1:] = wrap_degrees(planted[1:])
-    planted[120:130] = planted[195:] = np.nan
-    planted[170:175, :2] = np.nan
-    sign, offset = continuity(planted, "ZYX")
-    assert offset[119].any()
-    for start, stop, channels in [(120, 130, [0, 1, 2]), (170, 175, [0, 1]), (195, 200, [0, 1, 2])]:
-        for held in (sign[:, channels], offset[:, channels]):
-            np.testing.assert_array_equal(held[start:stop], [held[start - 1]] * (stop - start))
-
-
-def test_continuity_of_a_channel_that_was_never_observed():
-    path = smooth_triples("ZYX", np.random.default_rng(5))
-    path[:, 1] = np.nan
-    sign, offset = continuity(wrap_degrees(path), "ZYX")
-    assert np.isfinite(sign * offset).all()
-
-
-def test_continuity_of_one_frame_changes_nothing():
-    sign, offset = continuity(np.array([[350.0, -170.0, 20.0]]), "ZYX")
-    assert sign.tolist() == [[1, 1, 1]]
-    assert offset.tolist() == [[0, 0, 0]]
-
-
-def test_continuity_works_on_many_joints_at_once():
-    rng = np.random.default_rng(6)
-    paths = wrap_degrees(np.stack([smooth_triples("ZYX", rng) for _ in range(3)], axis=1))
-    sign, offset = continuity(paths, "ZYX")
-    for joint in range(3):
-        alone = continuity(paths[:, joint], "ZYX")
-        np.testing.assert_array_equal(sign[:, joint], alone[0])
-        np.testing.assert_array_equal(offset[:, joint], alone[1])
-
-
-def wrapped_motion() -> tuple[Motion, Motion]:
-    """A smooth motion, and the same poses as a file would hold them: with jumps."""
-    skeleton = Skeleton(
-        joint_names=("Root", "Ball", "Hinge", "Saddle"),
-        parents=[-1, 0, 1, 2],
-        offsets=[[0, 0, 0], [1, 0, 0], [0, 2, 0], [0, 0, 3]],
-        channel_names=(
-            ("Zrotation", "Xposition", "Yrotation", "Xrotation"),
-            ("Yrotation", "Zrotation", "Xrotation"),
-            ("Yrotation",),
-            ("Zrotation", "Xrotation"),
-        ),
-        end_site_parents=[],
-        end_site_offsets=np.zeros((0, 3)),
-    )
-    rng = np.random.default_rng(7)
-    smooth = np.empty((200, 10))
-    smooth[:, 1] = np.linspace(0, 2000, 200)  # a position may pass 180
-    smooth[:, [0, 2, 3]] = smooth_triples("ZYX", rng)
-    smooth[:, 4:7] = smooth_triples("YZX", rng)
-    smooth[:, 7:] = np.linspace([0, 10, 20], [800, -900, 1000], 200)
-    jumpy = smooth.copy()
-    jumpy[90:130, 4:7] = alternate_euler(jumpy[90:130, 4:7], "YZX")
-    jumpy[1:, skeleton.is_rotation] = wrap_degrees(jumpy[1:, skeleton.is_rotation])
-    return Motion(skeleton, 0.01, smooth), Motion(skeleton, 0.01, jumpy)
-
-
-def test_make_continuous_recovers_balls_hinges_and_saddles():
-    smooth, jumpy = wrapped_motion()
-    np.testing.assert_allclose(make_continuous(jumpy).channels, smooth.channels, atol=1e-9)
-    sign, offset = motion_continuity(jumpy)
-    assert not offset[:, 1].any()  # the position
-    np.testing.assert_allclose(sign * (smooth.channels - offset), jumpy.channels, atol=1e-9)
-
-
-def test_make_continuous_keeps_every_position(small_motion):
-    _, jumpy = wrapped_motion()
-    for motion in (jumpy, small_motion):
-        before, after = (
-            forward_kinematics(motion)[0],
-            forward_kinematics(make_continuous(motion))[0],
-        )
-        np.testing.assert_allclose(after, before, atol=1e-9)
-
-
-def test_make_continuous_keeps_nan():
-    smooth, jumpy = wrapped_motion()
-    holed = jumpy.channels.copy()
-    holed[50:60] = np.nan
-    continuous = make_continuous(jumpy.with_channels(holed)).channels
-    np.testing.assert_array_equal(np.isnan(continuous), np.isnan(holed))
-    seen = ~np.isnan(holed)
-    np.testing.assert_allclose(continuous[seen], smooth.channels[seen], atol=1e-9)
-
-
-def test_align_to_goes_back_to_a_files_own_angles():
-    smooth, jumpy = wrapped_motion()
-    np.testing.assert_allclose(align_to(smooth, jumpy).channels, jumpy.channels, atol=1e-9)
-
-
-def test_align_to_refuses_another_skeleton_or_length(small_motion):
-    smooth, _ = wrapped_motion()
-    with pytest.raises(ValueError, match="same joints"):
-        align_to(smooth, small_motion)
-    with pytest.raises(ValueError, match=r"\(200 frames\).*\(1 frames\)"):
-        align_to(smooth, smooth.slice_frames(0, 1))
-
-
-def test_rotation_triples_keep_file_order():
-    _, motion = wrapped_motion()
-    assert rotation_triples(motion.skeleton) == [(0, [0, 2, 3], "ZYX"), (1, [4, 5, 6], "YZX")]
+@pytest.mark.parametrize("order", ["xyz", "XXY", "XY", ""])
+def test_bad_orders_are_refused(order):
+    with pytest.raises(ValueError, match=f"expected three letters .* got '{order}'"):
+        matrix_to_euler(np.eye(3), order)
 
 
 @pytest.mark.parametrize(
-    "name", ["cmu/walk_14.bvh", "cmu/run_01.bvh", "cmu/kick_04.bvh", "cmu_daz/salsa_10.bvh"]
+    ("matrix", "message"),
+    [
+        (np.diag([1.0, 1.0, -1.0]), "determinant -1 and columns off orthonormal by 0"),
+        (1.01 * np.eye(3), r"determinant 1.0303 and columns off orthonormal by 0.0201"),
+        ([[1, 0.1, 0], [0, 1, 0], [0, 0, 1]], "within 1e-06.*off orthonormal by 0.1"),
+        ([[np.inf, 0, 0], [0, 1, 0], [0, 0, 1]], "expected rotation matrices"),
+        (np.eye(4), r"expected matrices of shape \(..., 3, 3\), got \(4, 4\)"),
+        (np.zeros(3), r"expected matrices of shape \(..., 3, 3\), got \(3,\)"),
+    ],
 )
-def test_real_clips_become_continuous_and_keep_their_poses(data_dir, name):
-    motion = load_bvh(data_dir / name)
-    continuous = make_continuous(motion)
-    np.testing.assert_allclose(
-        forward_kinematics(continuous)[0], forward_kinematics(motion)[0], atol=1e-9
+@pytest.mark.filterwarnings("ignore:invalid value:RuntimeWarning")
+def test_what_is_no_rotation_is_refused(matrix, message):
+    for convert in (matrix_to_quaternion, matrix_to_rotation_vector, matrix_to_sixd):
+        with pytest.raises(ValueError, match=message):
+            convert(matrix)
+    with pytest.raises(ValueError, match=message):
+        matrix_to_euler(matrix, "XYZ")
+
+
+def test_shapes_are_checked():
+    with pytest.raises(ValueError, match=r"6D rotations of shape \(..., 6\), got \(5,\)"):
+        sixd_to_matrix(np.ones(5))
+    with pytest.raises(ValueError, match=r"rotation vectors of shape \(..., 3\), got \(4,\)"):
+        rotation_vector_to_matrix(np.ones(4))
+
+
+def test_nan_goes_through_and_spoils_nothing_else():
+    angles_deg = np.array([[10.0, 20.0, 30.0], [np.nan, 1.0, 2.0], [5.0, 6.0, 7.0]])
+    for back in (
+        matrix_to_euler(euler_to_matrix(angles_deg, "ZYX"), "ZYX"),
+        quaternion_to_euler(euler_to_quaternion(angles_deg, "ZYX"), "ZYX"),
+        quaternion_to_euler(matrix_to_quaternion(euler_to_matrix(angles_deg, "ZYX")), "ZYX"),
+    ):
+        np.testing.assert_allclose(back[[0, 2]], angles_deg[[0, 2]], atol=1e-12)
+        assert np.isnan(back[1]).any()
+
+
+def ball_jointed(orders):
+    """A motion of joints with these rotation orders, on a chain, 30 random frames."""
+    n = len(orders)
+    skeleton = Skeleton(
+        joint_names=tuple(f"J{j}" for j in range(n)),
+        parents=np.arange(n) - 1,
+        offsets=np.ones((n, 3)),
+        channel_names=tuple(
+            ("Yposition", *(f"{axis}rotation" for axis in order)) for order in orders
+        ),
+        end_site_parents=np.zeros(0),
+        end_site_offsets=np.zeros((0, 3)),
     )
-    for _, columns, order in rotation_triples(motion.skeleton):
-        path = continuous.channels[:, columns]
-        step = np.linalg.norm(np.diff(path, axis=0), axis=-1)
-        best = np.linalg.norm(align_euler(path[1:], path[:-1], order) - path[:-1], axis=-1)
-        assert np.all(step <= best + 1e-9)
-    np.testing.assert_allclose(align_to(continuous, motion).channels, motion.channels, atol=1e-9)
+    channels = np.random.default_rng(6).uniform(-85, 85, (30, skeleton.n_channels))
+    return Motion(skeleton, 0.01, channels)
 
 
-def test_weak_noise_does_not_hide_a_wrap_and_strong_noise_is_not_taken_for_one(small_motion):
-    joint = [small_motion.skeleton.channel_index(f"Spine.{axis}rotation") for axis in "XYZ"]
-    still = np.zeros((2000, small_motion.skeleton.n_channels))
-    noise = np.random.default_rng(0).normal(size=(2000, 3))
+def test_a_motion_of_mixed_orders_goes_to_quaternions_and_back():
+    motion = ball_jointed(["ZYX", "XYZ", "", "YZX", "XYZ", "ZXY", "YXZ", "XZY"])
+    quaternions = motion_to_quaternions(motion)
+    assert quaternions.shape == (30, 8, 4)
+    np.testing.assert_array_equal(quaternions[:, 2], [[1, 0, 0, 0]] * 30)
+    rotations = motion.channels[:, motion.skeleton.is_rotation]
+    np.testing.assert_allclose(quaternions_to_channels(quaternions, motion.skeleton), rotations)
 
-    weak = still.copy()
-    weak[:, joint] = 8 * noise
-    wrapped = weak.copy()
-    wrapped[700:, joint[0]] += 360
-    repaired = make_continuous(small_motion.with_channels(wrapped))
-    np.testing.assert_allclose(repaired.channels, weak, atol=1e-9)
 
-    strong = still.copy()
-    strong[:, joint] = 90 * noise
-    assert (np.abs(np.diff(strong[:, joint], axis=0)) > 180).any()
-    left_alone = make_continuous(small_motion.with_channels(strong))
-    np.testing.assert_array_equal(left_alone.channels, strong)
+def test_hinges_go_to_quaternions_but_not_back(small_motion):
+    quaternions = motion_to_quaternions(small_motion)
+    angle = np.radians(small_motion.channel("Leg.Xrotation"))
+    np.testing.assert_allclose(quaternions[:, 4, 1], np.sin(angle / 2), atol=1e-15)
+    with pytest.raises(ValueError, match=r"three rotation channels or none.* 'X' for joint 'Leg'"):
+        quaternions_to_channels(quaternions, small_motion.skeleton)
+
+
+def test_a_joint_without_rotation_channels_cannot_be_turned():
+    motion = ball_jointed(["ZYX", ""])
+    quaternions = motion_to_quaternions(motion)
+    quaternions[3, 1] = [0, 1, 0, 0]
+    with pytest.raises(ValueError, match="no turn of joint 'J1'"):
+        quaternions_to_channels(quaternions, motion.skeleton)
+    with pytest.raises(ValueError, match=r"\(..., 2, 4\), got \(30, 1, 4\)"):
+        quaternions_to_channels(quaternions[:, :1], motion.skeleton)
+    with pytest.raises(ValueError, match=r"\(T, J, 4\), got \(2, 4\)"):
+        quaternions_to_channels(quaternions[0], motion.skeleton)

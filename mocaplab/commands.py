@@ -16,7 +16,8 @@ from mocaplab.bvh import load_bvh, save_bvh
 from mocaplab.corruption import angular_noise
 from mocaplab.corruption import corrupt as corrupt_clip
 from mocaplab.datasets import Dataset, clip_digest, load_folder, split_holdout
-from mocaplab.euler import align_to, make_continuous, motion_continuity
+from mocaplab.doctor import diagnose, summarize
+from mocaplab.euler import align_to, make_continuous
 from mocaplab.evaluation import (
     Untouched,
     compare_methods,
@@ -177,16 +178,16 @@ def info(options: argparse.Namespace) -> None:
     """Describe a file."""
     motion = load_bvh(options.file)
     skeleton = motion.skeleton
-    sign, offset = motion_continuity(motion)
-    jumps = np.diff(sign, axis=0).any(axis=1) | np.diff(offset, axis=0).any(axis=1)
     moving = moving_channels(motion)
     still = int((skeleton.is_cleaned & ~moving).sum())
     print(f"name      {motion.name}")
     print(f"frames    {motion.n_frames} at {motion.fps:.4g} per second, {motion.duration_s:.2f} s")
     print(f"joints    {skeleton.n_joints}, and {len(skeleton.end_site_parents)} end sites")
     print(f"channels  {skeleton.n_channels}: {moving.sum()} joint angles that move, {still} still")
-    print(f"jumps     {int(jumps.sum())} frames where an Euler angle wraps or switches branch")
     print(f"jitter    {jitter(motion):,.0f} units/s^3 (mean joint jerk)")
+    print("findings")
+    for line in summarize(diagnose(motion)) or ["nothing to mention"]:
+        print(f"  {line}")
     print("skeleton")
     depth = [0] * skeleton.n_joints
     for joint, parent in enumerate(skeleton.parents.tolist()):

@@ -44,7 +44,8 @@ def as_quaternion(values: ArrayLike) -> FloatArray:
             f"expected quaternions of length 1 (within {TOLERANCE:g}), got length "
             f"{norm[wrong][0]:.6g}; divide by the length first"
         )
-    return q / norm
+    unit: FloatArray = q / norm
+    return unit
 
 
 def as_matrix(values: ArrayLike) -> FloatArray:
@@ -186,7 +187,8 @@ def slerp(start: ArrayLike, end: ArrayLike, t: ArrayLike) -> FloatArray:
     # The textbook's sin((1 - t) angle) / sin(angle), without its 0 / 0 at angle 0.
     weight_p = (1 - share) * np.sinc((1 - share) * angle)
     weight_q = share * np.sinc(share * angle)
-    return (weight_p * p + weight_q * q) / np.sinc(angle)
+    between: FloatArray = (weight_p * p + weight_q * q) / np.sinc(angle)
+    return between
 
 
 def align_hemisphere(quaternions: ArrayLike) -> FloatArray:

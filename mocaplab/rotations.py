@@ -14,10 +14,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mocaplab.euler import channels_of_order, check_order
-from mocaplab.motion import FloatArray, Motion, Skeleton
+from mocaplab.euler import check_order
+from mocaplab.motion import FloatArray
 from mocaplab.quaternions import (
-    TOLERANCE,
     as_matrix,
     as_shape,
     matrix_to_quaternion,
@@ -69,10 +68,26 @@ def euler_to_matrix(angles_deg: ArrayLike, order: str) -> FloatArray:
     angles = np.radians(np.asarray(angles_deg, dtype=np.float64))
     if not order or angles.shape[-1:] != (len(order),) or set(order) - set("XYZ"):
         raise ValueError(f"order {order!r} does not fit angles of shape {angles.shape}")
-    matrix = axis_angle_to_matrix(order[0], angles[..., 0])
-    for i, axis in enumerate(order[1:], start=1):
-        matrix = matrix @ axis_angle_to_matrix(axis, angles[..., i])
-    return matrix
+    if sorted(order) != ["X", "Y", "Z"]:
+        matrix = axis_angle_to_matrix(order[0], angles[..., 0])
+        for n, axis in enumerate(order[1:], start=1):
+            matrix = matrix @ axis_angle_to_matrix(axis, angles[..., n])
+        return matrix
+    # The product multiplied out, as it is in most files. The formulas are those of "XYZ";
+    # YZX and ZXY only rename the axes, the other three also mirror, which turns angles round.
+    i, j, k = ("XYZ".index(axis) for axis in order)
+    cosine, sine = np.cos(angles), np.sin(angles if (j - i) % 3 == 1 else -angles)
+    cos_i, cos_j, cos_k = cosine[..., 0], cosine[..., 1], cosine[..., 2]
+    sin_i, sin_j, sin_k = sine[..., 0], sine[..., 1], sine[..., 2]
+    matrix = np.empty((3, 3, *angles.shape[:-1]))  # an entry lies in one piece in memory
+    matrix[i, i], matrix[i, j], matrix[i, k] = cos_j * cos_k, -cos_j * sin_k, sin_j
+    matrix[j, i] = cos_i * sin_k + sin_i * sin_j * cos_k
+    matrix[j, j] = cos_i * cos_k - sin_i * sin_j * sin_k
+    matrix[j, k] = -sin_i * cos_j
+    matrix[k, i] = sin_i * sin_k - cos_i * sin_j * cos_k
+    matrix[k, j] = sin_i * cos_k + cos_i * sin_j * sin_k
+    matrix[k, k] = cos_i * cos_j
+    return matrix.transpose(*range(2, matrix.ndim), 0, 1)
 
 
 def matrix_to_euler(matrix: ArrayLike, order: str) -> FloatArray:
@@ -121,7 +136,8 @@ def _matrix_to_euler(m: FloatArray, order: str) -> FloatArray:
         middle = np.arctan2(sign * m[..., i, k], reach)
         third = np.arctan2(sign * row[..., i], row[..., j])
     third = np.where(locked, 0.0, third)
-    return np.degrees(np.stack([first, middle, third], axis=-1))
+    angles_deg: FloatArray = np.degrees(np.stack([first, middle, third], axis=-1))
+    return angles_deg
 
 
 def euler_to_quaternion(angles_deg: ArrayLike, order: str) -> FloatArray:
@@ -198,60 +214,3 @@ def sixd_to_matrix(sixd: ArrayLike) -> FloatArray:
         raise ValueError("expected two columns in different directions, got zero or parallel ones")
     y = y / rest
     return np.stack([x, y, np.cross(x, y)], axis=-1)
-
-
-def motion_to_quaternions(motion: Motion) -> FloatArray:
-    """Each joint's rotation relative to its parent, whatever the Euler orders are.
-
-    Returns
-    -------
-    array, shape (T, J, 4)
-        No turn, (1, 0, 0, 0), for joints without rotation channels.
-    """
-    quaternions = np.zeros((motion.n_frames, motion.skeleton.n_joints, 4))
-    quaternions[..., 0] = 1.0
-    for order, (joints, columns) in channels_of_order(motion.skeleton).items():
-        quaternions[:, joints] = euler_to_quaternion(motion.channels[:, columns], order)
-    return quaternions
-
-
-def quaternions_to_channels(quaternions: ArrayLike, skeleton: Skeleton) -> FloatArray:
-    """Rotation channels from each joint's rotation, each joint in its own Euler order.
-
-    The angles are those of :func:`matrix_to_euler`, so they may jump from frame to frame:
-    :func:`mocaplab.euler.make_continuous` joins them up.
-
-    Parameters
-    ----------
-    quaternions : array, shape (T, J, 4)
-    skeleton : Skeleton
-
-    Returns
-    -------
-    array, shape (T, R), degrees
-        For the R rotation channels: ``channels[:, skeleton.is_rotation] = ...``
-
-    Raises
-    ------
-    ValueError
-        If a joint has one or two rotation channels, which cannot hold every rotation, or
-        has none and is to be turned.
-    """
-    q = as_shape(quaternions, (skeleton.n_joints, 4), "quaternions")
-    if q.ndim != 3:
-        raise ValueError(f"expected quaternions of shape (T, J, 4), got {q.shape}")
-    channels = np.zeros((len(q), skeleton.n_channels))
-    fixed = np.ones(skeleton.n_joints, dtype=bool)
-    for order, (joints, columns) in channels_of_order(skeleton).items():
-        if len(order) != 3:
-            raise ValueError(
-                f"expected three rotation channels or none for every joint, got {order!r} for "
-                f"joint {skeleton.joint_names[joints[0]]!r}"
-            )
-        channels[:, columns] = quaternion_to_euler(q[:, joints], order)
-        fixed[joints] = False
-    turned = fixed & (np.abs(q[..., 1:]) > TOLERANCE).any(axis=(0, 2))
-    if turned.any():
-        name = skeleton.joint_names[int(np.argmax(turned))]
-        raise ValueError(f"expected no turn of joint {name!r}, which has no rotation channels")
-    return channels[:, skeleton.is_rotation]

@@ -61,6 +61,24 @@ def test_info_tells_what_is_in_a_file(walk_file, walk, capsys):
     assert "LeftLeg  [Zrotation Yrotation Xrotation]" in printed
 
 
+def test_info_lists_findings_in_few_lines(walk, tmp_path, capsys):
+    channels = walk.channels.copy()
+    channels[50:, walk.skeleton.channel_index("LeftLeg.Xrotation")] += 360
+    save_bvh(walk.with_channels(channels), tmp_path / "wrapped.bvh")
+    assert main(["info", str(tmp_path / "wrapped.bvh")]) == 0
+    findings = capsys.readouterr().out.split("\nfindings\n")[1].split("\nskeleton")[0]
+    turn, constant = findings.splitlines()
+    assert turn.startswith("  1 full turn in LeftLeg.Xrotation: no movement")
+    assert constant.startswith("  22 constant angles in LHipJoint.Zrotation, ")
+    assert " and 19 more: " in constant
+
+
+def test_info_of_a_file_without_findings(small_motion, tmp_path, capsys):
+    save_bvh(small_motion, tmp_path / "small.bvh")
+    assert main(["info", str(tmp_path / "small.bvh")]) == 0
+    assert "findings\n  nothing to mention\nskeleton\n" in capsys.readouterr().out
+
+
 def test_evaluate_prints_a_table_for_clips(walk_file, capsys):
     assert main(["evaluate", str(walk_file), "--repeats", "1"]) == 0
     printed = capsys.readouterr().out

@@ -24,8 +24,9 @@ LAYERS = [
     ["files", "motion"],
     ["quaternions", "euler", "bvh_hierarchy"],
     ["rotations"],
-    ["bvh", "kinematics", "motion_model"],
-    ["corruption", "filters", "normalization", "networks", "foot_placement"],
+    ["bvh", "kinematics", "motion_model", "resampling", "poses"],
+    ["movement", "retargeting", "torch_kinematics"],
+    ["corruption", "filters", "normalization", "networks", "foot_placement", "doctor"],
     ["synthesis"],
     ["datasets", "evaluation", "checkpoints"],
     ["training", "cleaning", "plotting", "exercises"],
@@ -33,7 +34,7 @@ LAYERS = [
     ["commands"],
     ["cli"],
 ]
-USES_TORCH = {"networks", "checkpoints", "training", "cleaning"}
+USES_TORCH = {"torch_kinematics", "networks", "checkpoints", "training", "cleaning"}
 
 
 def pyproject():

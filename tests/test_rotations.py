@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.spatial.transform import Rotation
 
-from mocaplab.motion import Motion, Skeleton
 from mocaplab.quaternions import (
     matrix_to_quaternion,
     quaternion_to_matrix,
@@ -25,9 +24,7 @@ from mocaplab.rotations import (
     matrix_to_euler,
     matrix_to_rotation_vector,
     matrix_to_sixd,
-    motion_to_quaternions,
     quaternion_to_euler,
-    quaternions_to_channels,
     rotation_vector_to_matrix,
     sixd_to_matrix,
 )
@@ -121,8 +118,8 @@ def test_rotation_vector_survives_no_turn_and_half_a_turn():
 def test_there_and_back_by_every_way(order, kind):
     angles_deg = hard_angles(order, kind, np.random.default_rng(2))
     matrix = scipy_matrix(angles_deg, order)
-    # Nearer to lock than GIMBAL_LOCK, the angles are those at lock.
-    tight = {"atol": 1.1e-10 if kind.startswith("almost") else 1e-12, "rtol": 0}
+    # Nearer to lock than GIMBAL_LOCK, 1e-10, the angles are those at lock.
+    tight = {"atol": 3e-10 if kind.startswith("almost") else 1e-12, "rtol": 0}
     np.testing.assert_allclose(euler_to_matrix(angles_deg, order), matrix, atol=1e-13)
     for euler in (
         matrix_to_euler(matrix, order),
@@ -253,49 +250,3 @@ def test_nan_goes_through_and_spoils_nothing_else():
     ):
         np.testing.assert_allclose(back[[0, 2]], angles_deg[[0, 2]], atol=1e-12)
         assert np.isnan(back[1]).any()
-
-
-def ball_jointed(orders):
-    """A motion of joints with these rotation orders, on a chain, 30 random frames."""
-    n = len(orders)
-    skeleton = Skeleton(
-        joint_names=tuple(f"J{j}" for j in range(n)),
-        parents=np.arange(n) - 1,
-        offsets=np.ones((n, 3)),
-        channel_names=tuple(
-            ("Yposition", *(f"{axis}rotation" for axis in order)) for order in orders
-        ),
-        end_site_parents=np.zeros(0),
-        end_site_offsets=np.zeros((0, 3)),
-    )
-    channels = np.random.default_rng(6).uniform(-85, 85, (30, skeleton.n_channels))
-    return Motion(skeleton, 0.01, channels)
-
-
-def test_a_motion_of_mixed_orders_goes_to_quaternions_and_back():
-    motion = ball_jointed(["ZYX", "XYZ", "", "YZX", "XYZ", "ZXY", "YXZ", "XZY"])
-    quaternions = motion_to_quaternions(motion)
-    assert quaternions.shape == (30, 8, 4)
-    np.testing.assert_array_equal(quaternions[:, 2], [[1, 0, 0, 0]] * 30)
-    rotations = motion.channels[:, motion.skeleton.is_rotation]
-    np.testing.assert_allclose(quaternions_to_channels(quaternions, motion.skeleton), rotations)
-
-
-def test_hinges_go_to_quaternions_but_not_back(small_motion):
-    quaternions = motion_to_quaternions(small_motion)
-    angle = np.radians(small_motion.channel("Leg.Xrotation"))
-    np.testing.assert_allclose(quaternions[:, 4, 1], np.sin(angle / 2), atol=1e-15)
-    with pytest.raises(ValueError, match=r"three rotation channels or none.* 'X' for joint 'Leg'"):
-        quaternions_to_channels(quaternions, small_motion.skeleton)
-
-
-def test_a_joint_without_rotation_channels_cannot_be_turned():
-    motion = ball_jointed(["ZYX", ""])
-    quaternions = motion_to_quaternions(motion)
-    quaternions[3, 1] = [0, 1, 0, 0]
-    with pytest.raises(ValueError, match="no turn of joint 'J1'"):
-        quaternions_to_channels(quaternions, motion.skeleton)
-    with pytest.raises(ValueError, match=r"\(..., 2, 4\), got \(30, 1, 4\)"):
-        quaternions_to_channels(quaternions[:, :1], motion.skeleton)
-    with pytest.raises(ValueError, match=r"\(T, J, 4\), got \(2, 4\)"):
-        quaternions_to_channels(quaternions[0], motion.skeleton)

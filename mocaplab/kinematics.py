@@ -8,6 +8,9 @@ from mocaplab.motion import FloatArray, Motion
 from mocaplab.rotations import euler_to_matrix, matrix_to_rotation_vector
 
 
+_BLOCK = 8192  # angles turned into matrices at once: 64 kB an entry stay in the cache
+
+
 def local_transforms(motion: Motion) -> tuple[FloatArray, FloatArray]:
     """Turn channels into each joint's translation and rotation relative to its parent.
 
@@ -23,28 +26,51 @@ def local_transforms(motion: Motion) -> tuple[FloatArray, FloatArray]:
     translations : array, shape (T, J, 3), file length units
     rotations : array, shape (T, J, 3, 3)
     """
-    skeleton = motion.skeleton
-    n_frames, n_joints = motion.n_frames, skeleton.n_joints
-    translations = np.broadcast_to(skeleton.offsets, (n_frames, n_joints, 3)).copy()
-    rotations = np.broadcast_to(np.eye(3), (n_frames, n_joints, 3, 3)).copy()
+    transforms = _joint_transforms(motion)
+    return _split(transforms)
 
-    for channel in np.flatnonzero(~skeleton.is_rotation):
-        axis = "XYZ".index(skeleton.channel_kind[channel][0])
-        translations[:, skeleton.channel_joint[channel], axis] = motion.channels[:, channel]
 
-    # All joints with the same rotation order are turned into matrices at once.
-    joints_of_order: dict[str, list[int]] = {}
-    columns_of_order: dict[str, list[list[int]]] = {}
-    for joint in range(n_joints):
-        columns = np.flatnonzero((skeleton.channel_joint == joint) & skeleton.is_rotation)
-        order = "".join(skeleton.channel_kind[c][0] for c in columns)
-        if order:
-            joints_of_order.setdefault(order, []).append(joint)
-            columns_of_order.setdefault(order, []).append(columns.tolist())
-    for order, joints in joints_of_order.items():
-        angles = motion.channels[:, columns_of_order[order]]  # (T, joints, len(order))
-        rotations[:, joints] = euler_to_matrix(angles, order)
-    return translations, rotations
+def _joint_transforms(motion: Motion) -> FloatArray:
+    """Each joint's rotation and translation side by side, shape (J, 3, 4, T).
+
+    Frames come last: then an entry over time lies in one piece in memory, and numpy goes
+    along the frames when it multiplies, not along three numbers.
+    """
+    skeleton, values = motion.skeleton, np.ascontiguousarray(motion.channels.T)
+    transforms = np.empty((skeleton.n_joints, 3, 4, motion.n_frames))
+    transforms[:, :, 3] = skeleton.offsets[..., None]
+    joints_of_order: dict[str, list[int]] = {}  # so that many of one order go together
+    turns_of_order: dict[str, list[list[int]]] = {}
+    first = 0  # the joint's first channel
+    for joint, kinds in enumerate(skeleton.channel_names):
+        order, turns = "", []
+        for channel, kind in enumerate(kinds, start=first):
+            if kind.endswith("rotation"):
+                order += kind[0]
+                turns.append(channel)
+            else:
+                transforms[joint, "XYZ".index(kind[0]), 3] = values[channel]
+        joints_of_order.setdefault(order, []).append(joint)
+        turns_of_order.setdefault(order, []).append(turns)
+        first += len(kinds)
+    block = max(1, _BLOCK // motion.n_frames)
+    for order, all_joints in joints_of_order.items():
+        for start in range(0, len(all_joints), block):
+            joints = all_joints[start : start + block]
+            turns = turns_of_order[order][start : start + block]
+            if order:
+                angles = values[np.transpose(turns)]  # (len(order), joints, T)
+                matrices = euler_to_matrix(angles.transpose(1, 2, 0), order)
+                transforms[joints, :, :3] = matrices.transpose(0, 2, 3, 1)
+            else:
+                transforms[joints, :, :3] = np.eye(3)[..., None]
+    return transforms
+
+
+def _split(transforms: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Bring the frames to the front and take translations and rotations apart; views."""
+    frames_first = transforms.transpose(3, 0, 1, 2)
+    return frames_first[..., 3], frames_first[..., :3]
 
 
 def forward_kinematics(motion: Motion) -> tuple[FloatArray, FloatArray]:
@@ -60,15 +86,14 @@ def forward_kinematics(motion: Motion) -> tuple[FloatArray, FloatArray]:
     orientations : array, shape (T, J, 3, 3)
         Matrices that take a vector from the joint's own axes to the world's.
     """
-    positions, orientations = local_transforms(motion)
+    transforms = _joint_transforms(motion)
     for joint, parent in enumerate(motion.skeleton.parents.tolist()):
         if parent >= 0:
-            turn = orientations[:, parent]
-            positions[:, joint] = (
-                positions[:, parent] + (turn @ positions[:, joint, :, None])[..., 0]
-            )
-            orientations[:, joint] = turn @ orientations[:, joint]
-    return positions, orientations
+            turn = transforms[parent, :, :3]
+            transforms[joint] = np.einsum("ijt,jkt->ikt", turn, transforms[joint])
+            transforms[joint, :, 3] += transforms[parent, :, 3]
+    positions, orientations = _split(transforms)
+    return np.ascontiguousarray(positions), orientations
 
 
 def end_site_positions(motion: Motion) -> FloatArray:

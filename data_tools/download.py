@@ -61,9 +61,10 @@ def read_raw(paths: Sequence[Path]) -> Motion:
     """
     if len(paths) == 1:
         return load_bvh(paths[0])
-    from data_tools.asfamc import asfamc_to_motion
+    from data_tools.asfamc import convert
 
-    return asfamc_to_motion(*paths)
+    skeleton, motion = paths
+    return convert(skeleton, motion)
 
 
 def get_trial(

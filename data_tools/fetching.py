@@ -111,10 +111,12 @@ def _try_once(
             downloader=pooch.HTTPDownloader(timeout=timeout_s, headers=agent),
         )
     except requests.HTTPError as error:
-        status = error.response.status_code
-        problem = FetchError(f"{url}: the server says {status} {error.response.reason}")
-        may_pass = status == 429 or status >= 500
-        return problem, _retry_after(error.response.headers) if may_pass else None
+        response = error.response
+        if response is None:
+            return FetchError(f"{url}: the server says {error}"), None
+        problem = FetchError(f"{url}: the server says {response.status_code} {response.reason}")
+        may_pass = response.status_code == 429 or response.status_code >= 500
+        return problem, _retry_after(response.headers) if may_pass else None
     except requests.Timeout:
         return FetchError(f"{url}: no answer in {timeout_s:g} s; try again later"), 0.0
     except requests.RequestException as error:

@@ -5,8 +5,8 @@ CMU clips of known rate, see ``tests/test_prepare.py``):
 
 1. *A T-pose in front.* The public BVH conversions put one made-up frame before the
    recording. It is taken away when it is there: every joint of the first frame is within
-   ``REST_DEG`` of no rotation at all, and the step to the second frame is at least
-   ``STEP_DEG`` and ``STEP_RATIO`` times the largest of the next ten steps.
+   ``REST_DEG`` of no rotation at all, and the step to the second frame, a mean over the
+   joints, is at least ``STEP_DEG`` and ``STEP_RATIO`` times the largest of the next ten.
 2. *A wrong frame time.* CMU recorded at 120 fps, some takes at 60. A header that says the
    one while the take is the other plays the motion at double or half speed. Gravity and
    the stride show it. In runs, jumps and kicks the hips fall for a moment with 1.1 to
@@ -29,14 +29,15 @@ import numpy as np
 from mocaplab.kinematics import forward_kinematics, local_transforms
 from mocaplab.motion import FloatArray, Motion
 
-REST_DEG, STEP_DEG, STEP_RATIO = 45.0, 15.0, 3.0
+REST_DEG, STEP_DEG, STEP_RATIO = 45.0, 3.0, 1.8
 RATES_FPS = (120.0, 60.0)
 """The rates at which CMU recorded."""
 M_PER_UNIT = 0.0254 / 0.45
 GRAVITY = 9.81 / M_PER_UNIT  # file units per second squared
 FALL_S = 0.1  # the fall is measured over so long
-FALL_G = {action: (0.75, 2.6) for action in ("jog", "run", "jump", "kick")}
-STRIDES_PER_S = {"walk": (0.0, 1.35)}  # some walks dawdle at 0.2: too slow proves nothing
+FALL_G = {"jog": (0.5, 1.9), "run": (0.65, 2.6), "jump": (0.75, 2.6), "kick": (0.75, 2.6)}
+# Some walks dawdle at 0.2 strides a second: too slow proves nothing.
+STRIDES_PER_S = {"walk": (0.0, 1.35), "jog": (0.0, 1.8), "run": (0.0, 1.8)}
 FEET = (("LeftFoot", "RightFoot"), ("lfoot", "rfoot"))
 
 
@@ -77,7 +78,7 @@ def has_tpose_frame(motion: Motion) -> bool:
     if motion.n_frames < 4:
         return False
     rotations = local_transforms(motion.slice_frames(0, 12))[1]
-    steps = turns_deg(np.swapaxes(rotations[:-1], -1, -2) @ rotations[1:]).max(axis=1)
+    steps = turns_deg(np.swapaxes(rotations[:-1], -1, -2) @ rotations[1:]).mean(axis=1)
     return bool(
         turns_deg(rotations[0]).max() <= REST_DEG
         and steps[0] >= STEP_DEG
@@ -135,15 +136,14 @@ def true_fps(motion: Motion, action: str) -> float:
     motion : Motion, without a T-pose in front
     action : str, such as "walk"; an unknown one is not checked
     """
-    if action in FALL_G:
-        value, (low, high) = fall_g(motion), FALL_G[action]
-    elif action in STRIDES_PER_S:
-        value, (low, high) = strides_per_s(motion), STRIDES_PER_S[action]
-    else:
-        return motion.fps
-    if value is not None and value > high and _is_near(motion.fps, 120):
+    measured = [
+        (measure(motion), limits[action])
+        for measure, limits in ((fall_g, FALL_G), (strides_per_s, STRIDES_PER_S))
+        if action in limits
+    ]
+    if _is_near(motion.fps, 120) and any(v is not None and v > high for v, (_, high) in measured):
         return 60.0
-    if value is not None and value < low and _is_near(motion.fps, 60):
+    if _is_near(motion.fps, 60) and any(v is not None and v < low for v, (low, _) in measured):
         return 120.0
     return motion.fps
 

@@ -1,0 +1,96 @@
+"""Holdouts: the paper's numbers, nothing on both sides, the same seed the same split."""
+
+import json
+
+import numpy as np
+import pytest
+
+from data_tools.catalogue import choose, load_catalogue
+from data_tools.splits import (
+    PAPER_TEST,
+    Split,
+    leave_one_action_out,
+    main,
+    paper_holdouts,
+    read_clips,
+    subject_holdouts,
+)
+
+TRIALS = choose(load_catalogue())
+ACTIONS = [trial.action for trial in TRIALS]
+SUBJECTS = [trial.subject for trial in TRIALS]
+
+
+def counts(indices):
+    return {action: sum(ACTIONS[i] == action for i in indices) for action in PAPER_TEST}
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_paper_holdouts(seed):
+    splits = paper_holdouts(ACTIONS, rng=np.random.default_rng(seed))
+    assert len(splits) == 5
+    for split in splits:
+        assert counts(split.test) == PAPER_TEST
+        assert sorted(split.train + split.test) == list(range(100))
+    assert len({i for split in splits for i in split.test}) == 50
+    assert splits == paper_holdouts(ACTIONS, rng=np.random.default_rng(seed))
+    assert splits != paper_holdouts(ACTIONS, rng=np.random.default_rng(seed + 1))
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_no_subject_is_on_both_sides(seed):
+    for split in subject_holdouts(ACTIONS, SUBJECTS, rng=np.random.default_rng(seed)):
+        assert counts(split.test) == PAPER_TEST
+        assert min(counts(split.train).values()) > 0
+        assert not {SUBJECTS[i] for i in split.train} & {SUBJECTS[i] for i in split.test}
+
+
+def test_leave_one_action_out():
+    splits = leave_one_action_out(ACTIONS)
+    assert set(splits) == set(PAPER_TEST)
+    for action, split in splits.items():
+        assert {ACTIONS[i] for i in split.test} == {action}
+        assert action not in {ACTIONS[i] for i in split.train}
+        assert sorted(split.train + split.test) == list(range(100))
+
+
+def test_too_few_clips_are_refused():
+    with pytest.raises(ValueError, match="5 holdouts with 4 of 'walk' each need more than 20"):
+        paper_holdouts(["walk"] * 20, rng=np.random.default_rng(0))
+    with pytest.raises(ValueError, match="in both"):
+        leave_one_action_out(["walk"] * 3)
+    with pytest.raises(ValueError, match="expected a subject a clip, got 2 for 100"):
+        subject_holdouts(ACTIONS, [1, 2], rng=np.random.default_rng(0))
+    with pytest.raises(ValueError, match="found 0 of 5 such holdouts"):
+        subject_holdouts(ACTIONS, [1] * 100, rng=np.random.default_rng(0))
+    with pytest.raises(ValueError, match="1 in both"):
+        Split((0, 1), (1, 2))
+
+
+def test_the_command_writes_splits_by_name(tmp_path, capsys):
+    for source in ("embedded", "catalogue"):
+        out = tmp_path / f"{source}.json"
+        assert main([source, "-o", str(out), "--seed", "3"]) == 0
+        splits = json.loads(out.read_text())
+        assert len(splits["paper"]) == 5
+        assert len(splits["paper"][0]["test"]) == 10
+        assert ("by_subject" in splits) == (source == "catalogue")
+        first = out.read_bytes()
+        main([source, "-o", str(out), "--seed", "3"])
+        assert out.read_bytes() == first
+    assert "no subjects are known" in capsys.readouterr().out
+
+
+def test_a_folder_is_read_from_its_list(tmp_path):
+    (tmp_path / "clips.csv").write_text("clip,action\n02_01,walk\n35_17,jog\n")
+    assert read_clips(str(tmp_path)) == (["02_01", "35_17"], ["walk", "jog"], [2, 35])
+    (tmp_path / "clips.csv").write_text("clip,action,subject\na,walk,2\nb,jog,\n")
+    assert read_clips(str(tmp_path)) == (["a", "b"], ["walk", "jog"], None)
+
+
+def test_the_command_refuses_what_is_no_list(tmp_path, capsys):
+    out = str(tmp_path / "out.json")
+    assert main([str(tmp_path), "-o", out]) == 2
+    (tmp_path / "clips.csv").write_text("name\nx\n")
+    assert main([str(tmp_path), "-o", out]) == 2
+    assert "expected the columns clip and action" in capsys.readouterr().err

@@ -11,8 +11,8 @@ import torch
 
 from mocaplab.checkpoints import Checkpoint, load_checkpoint
 from mocaplab.filters import filter_motion, lerp_gaps
-from mocaplab.kinematics import jitter, root_angular_velocity
 from mocaplab.motion import BoolArray, FloatArray, Motion, moving_channels
+from mocaplab.movement import jitter, root_angular_velocity
 from mocaplab.networks import adaptive_gaussian
 from mocaplab.normalization import standardize
 

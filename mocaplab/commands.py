@@ -28,8 +28,8 @@ from mocaplab.evaluation import (
 )
 from mocaplab.files import check_writable
 from mocaplab.filters import Denoiser, GaussianDenoiser
-from mocaplab.kinematics import jitter
 from mocaplab.motion import Motion, moving_channels
+from mocaplab.movement import jitter
 
 if TYPE_CHECKING:
     from mocaplab.cleaning import Cleaner

@@ -13,8 +13,8 @@ import numpy as np
 
 from mocaplab.bvh import load_bvh
 from mocaplab.euler import make_continuous
-from mocaplab.kinematics import root_angular_velocity
 from mocaplab.motion import FloatArray, IntArray, Motion, Skeleton, moving_channels
+from mocaplab.movement import root_angular_velocity
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,12 +9,8 @@ from scipy.spatial.transform import Rotation
 from mocaplab.bvh import load_bvh, save_bvh
 from mocaplab.kinematics import (
     end_site_positions,
-    foot_heights,
-    foot_points,
     forward_kinematics,
-    jitter,
     local_transforms,
-    root_angular_velocity,
 )
 from mocaplab.motion import Motion, Skeleton
 
@@ -153,76 +149,3 @@ def test_ball_joints_are_as_pybvh_says(small_motion, tmp_path):
     motion = Motion(balls, 1 / 60, small_motion.channels[:, :-1])
     save_bvh(motion, tmp_path / "balls.bvh")
     check_against_pybvh(motion, tmp_path / "balls.bvh")
-
-
-@pytest.mark.parametrize("axis", "XYZ")
-@pytest.mark.parametrize("rad_per_s", [0.5, -2.0, 20.0])
-def test_a_constant_spin_has_a_constant_angular_velocity(axis, rad_per_s):
-    """Tilt the root first: the velocity is told in the root's own axes, tilt or not."""
-    order = ("ZXY", "XYZ", "YZX")["YZX".index(axis)]
-    time_s = np.arange(50) / 60
-    channels = np.stack([np.full(50, 25.0), np.full(50, -70.0), np.degrees(rad_per_s * time_s)], 1)
-    names = tuple(f"{letter}rotation" for letter in order)
-    skeleton = Skeleton(("Root",), [-1], np.zeros((1, 3)), (names,), [], np.zeros((0, 3)))
-    expected = np.zeros((50, 3))
-    expected[:, "XYZ".index(axis)] = rad_per_s
-    velocity = root_angular_velocity(Motion(skeleton, 1 / 60, channels))
-    np.testing.assert_allclose(velocity, expected, atol=1e-9)
-
-
-def test_angular_velocity_does_not_see_the_heading_nor_the_way_angles_are_told():
-    names = ("Yrotation", "Xrotation", "Zrotation")
-    skeleton = Skeleton(("Root",), [-1], np.zeros((1, 3)), (names,), [], np.zeros((0, 3)))
-    path = np.cumsum(np.random.default_rng(0).normal(size=(30, 3)), axis=0)
-    velocity = root_angular_velocity(Motion(skeleton, 0.01, path))
-    turned = root_angular_velocity(Motion(skeleton, 0.01, path + np.array([123.0, 0, 0])))
-    np.testing.assert_allclose(turned, velocity, atol=1e-9)
-    jumpy = path + 360.0 * (np.arange(30)[:, None] % 2)
-    np.testing.assert_allclose(
-        root_angular_velocity(Motion(skeleton, 0.01, jumpy)), velocity, atol=1e-9
-    )
-
-
-def test_angular_velocity_repeats_its_last_value_and_knows_single_frames(small_motion):
-    velocity = root_angular_velocity(small_motion)
-    assert velocity.shape == (40, 3)
-    np.testing.assert_array_equal(velocity[-1], velocity[-2])
-    assert not root_angular_velocity(small_motion.slice_frames(3, 4)).any()
-
-
-def test_jitter_of_a_cubic_path_is_its_constant_jerk():
-    """Root and child move as (t^3, 2 t^3, 2 t^3): the jerk is 6 * (1, 2, 2), of length 18."""
-    time_s = np.arange(12) * 0.1
-    names = (("Xposition", "Yposition", "Zposition"), ())
-    cubic = arm(time_s[:, None] ** 3 * [1, 2, 2], names)
-    assert jitter(cubic) == pytest.approx(18.0, rel=1e-9)
-    assert jitter(cubic.with_channels(time_s[:, None] ** 2 * [5, -3, 1])) == pytest.approx(
-        0, abs=1e-9
-    )
-
-
-def test_jitter_needs_four_frames_and_grows_with_noise(small_motion):
-    assert jitter(small_motion.slice_frames(0, 3)) == 0.0
-    noise = np.random.default_rng(0).normal(size=small_motion.channels.shape)
-    assert jitter(small_motion.with_channels(small_motion.channels + noise)) > 10 * jitter(
-        small_motion
-    )
-
-
-def test_foot_points_are_joints_and_end_sites(walk):
-    points = foot_points(walk)
-    positions, sites = forward_kinematics(walk)[0], end_site_positions(walk)
-    names = walk.skeleton.joint_names
-    assert points.shape == (walk.n_frames, 2, 3, 3)
-    for side, name in enumerate(("Left", "Right")):
-        ball = names.index(name + "ToeBase")
-        site = walk.skeleton.end_site_parents.tolist().index(ball)
-        np.testing.assert_array_equal(points[:, side, 0], positions[:, names.index(name + "Foot")])
-        np.testing.assert_array_equal(points[:, side, 1], positions[:, ball])
-        np.testing.assert_allclose(points[:, side, 2], sites[:, site], atol=1e-12)
-    np.testing.assert_array_equal(foot_heights(walk), points[..., 1].min(axis=2))
-
-
-def test_foot_points_need_feet(small_motion):
-    with pytest.raises(ValueError, match="expected a joint LeftToeBase with an End Site"):
-        foot_points(small_motion)

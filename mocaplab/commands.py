@@ -16,7 +16,7 @@ from mocaplab.bvh import load_bvh, save_bvh
 from mocaplab.corruption import angular_noise
 from mocaplab.corruption import corrupt as corrupt_clip
 from mocaplab.datasets import Dataset, clip_digest, load_folder, split_holdout
-from mocaplab.doctor import diagnose, summarize
+from mocaplab.doctor import diagnose
 from mocaplab.euler import align_to, make_continuous
 from mocaplab.evaluation import (
     Untouched,
@@ -27,6 +27,7 @@ from mocaplab.evaluation import (
     table_by_action,
 )
 from mocaplab.files import check_writable
+from mocaplab.findings import summarize
 from mocaplab.filters import Denoiser, GaussianDenoiser
 from mocaplab.motion import Motion, moving_channels
 from mocaplab.movement import jitter

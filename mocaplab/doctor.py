@@ -6,29 +6,15 @@ without any warning. It changes nothing. Frames count from 0.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from typing import Literal, get_args
-
 import numpy as np
 
 from mocaplab.euler import motion_continuity, rotation_triples, wrap_degrees
+from mocaplab.findings import ADVICE, Finding, findings_of
 from mocaplab.motion import BoolArray, FloatArray, Motion, moving_channels
 from mocaplab.poses import motion_to_quaternions
 
-Kind = Literal[
-    "missing",
-    "frame time",
-    "rest pose",
-    "jump",
-    "full turn",
-    "branch switch",
-    "near gimbal lock",
-    "constant",
-]
-
 NEAR_LOCK_DEG = 5.0
-"""This near to gimbal lock, the outer angles move over 11 times as fast as the joint."""
+"""This near to gimbal lock, the outer angles may move 11 times as fast as the joint."""
 JUMP_DEG = 90.0
 """No joint turns this far in one frame: at 30 frames per second, it would be 2,700 degrees
 per second, three times ``FASTEST_DEG_PER_S``."""
@@ -48,27 +34,6 @@ USUAL_FPS = (120, 60, 30)
 SMOOTH_RATIO = 1.3
 """In a smooth motion, joints turn twice as far in two frames as in one; in pure noise, just
 as far. Below this, speed tells of noise and says nothing about the frame rate."""
-
-
-@dataclass(frozen=True)
-class Finding:
-    """One thing that was found in a motion."""
-
-    kind: Kind
-    where: str  # a joint, a channel, or "" for the whole motion
-    frames: tuple[tuple[int, int], ...]  # first and last frame of every run; () for all
-    severity: Literal["warning", "note"]
-    message: str  # a sentence: what it is, and what to do
-
-
-_ADVICE = {
-    "missing": "a gap; fill it before anything else, mocaplab clean does",
-    "jump": "too far for one frame in any Euler angles; look at the joint, and repair or hold it",
-    "full turn": "no movement, the angle is only written otherwise; make_continuous joins it up",
-    "branch switch": "no movement, only the other triple of angles; make_continuous goes back",
-    "near gimbal lock": "two axes nearly coincide and angles swing; smooth quaternions here",
-    "constant": "no movement at all; leave out of averages, and pass through unchanged",
-}
 
 
 def diagnose(motion: Motion) -> list[Finding]:
@@ -98,75 +63,24 @@ def diagnose(motion: Motion) -> list[Finding]:
     quaternions = motion_to_quaternions(motion)
     steps = _angle_deg(quaternions[1:], quaternions[:-1])  # (T - 1, J)
     rest = _rest_pose(motion, quaternions, steps)
-    later = 1 if rest else 0  # the step away from the rest pose is told once
+    later = sum(
+        finding.n_frames for finding in rest
+    )  # the steps away from the rest pose are told once
     labels = motion.skeleton.channel_labels
     names = motion.skeleton.joint_names
     turns, switches = _turns_and_switches(motion)
     jumps = np.zeros((motion.n_frames, len(names)), dtype=bool)
     jumps[1 + later :] = steps[later:] > JUMP_DEG
     return [
-        *_findings("missing", labels, np.isnan(motion.channels)),
+        *findings_of("missing", labels, np.isnan(motion.channels)),
         *_frame_time(motion, quaternions[later:]),
         *rest,
-        *_findings("jump", names, jumps),
-        *_findings("full turn", labels, turns),
-        *_findings("branch switch", names, switches),
-        *_findings("near gimbal lock", names, _near_lock(motion)),
+        *findings_of("jump", names, jumps),
+        *findings_of("full turn", labels, turns),
+        *findings_of("branch switch", names, switches),
+        *findings_of("near gimbal lock", names, _near_lock(motion)),
         *_constant(motion),
     ]
-
-
-def summarize(findings: Iterable[Finding], *, most: int = 3) -> list[str]:
-    """Put findings into few lines, one for each kind.
-
-    Parameters
-    ----------
-    findings : as :func:`diagnose` returns them
-    most : how many joints or channels to name, those with the most frames first
-    """
-    lines = []
-    for kind in get_args(Kind):
-        group = [finding for finding in findings if finding.kind == kind]
-        if kind not in _ADVICE:
-            lines += [finding.message for finding in group]
-        elif group:
-            group.sort(key=lambda finding: -_count(finding))
-            total = len(group) if kind == "constant" else sum(map(_count, group))
-            where = ", ".join(finding.where for finding in group[:most])
-            more = f" and {len(group) - most} more" if len(group) > most else ""
-            lines.append(f"{_number(kind, total)} in {where}{more}: {_ADVICE[kind]}")
-    return lines
-
-
-def _number(kind: Kind, n: int) -> str:
-    """Say how many; "3 branch switches"."""
-    nouns = {
-        "missing": ("missing sample", "missing samples"),
-        "branch switch": ("branch switch", "branch switches"),
-        "near gimbal lock": ("frame near gimbal lock", "frames near gimbal lock"),
-        "constant": ("constant angle", "constant angles"),
-    }
-    return f"{n} {nouns.get(kind, (kind, f'{kind}s'))[n != 1]}"
-
-
-def _count(finding: Finding) -> int:
-    return sum(last - first + 1 for first, last in finding.frames)
-
-
-def _findings(kind: Kind, names: Sequence[str], where: BoolArray) -> list[Finding]:
-    """Make one finding of each column of (T, columns) that has any True."""
-    found = []
-    for column in np.flatnonzero(where.any(axis=0)).tolist():
-        edges = np.flatnonzero(np.diff(where[:, column].astype(int), prepend=0, append=0))
-        runs = tuple((int(a), int(b) - 1) for a, b in zip(edges[::2], edges[1::2], strict=True))
-        severity: Literal["warning", "note"] = "note" if kind == "near gimbal lock" else "warning"
-        shown = ", ".join(str(a) if a == b else f"{a} to {b}" for a, b in runs[:3])
-        frames = f"frame{'' if runs == ((runs[0][0],) * 2,) else 's'} {shown}"
-        more = f" and {len(runs) - 3} more times" if len(runs) > 3 else ""
-        number = _number(kind, int(where[:, column].sum()))
-        message = f"{names[column]}: {number}, {frames}{more}: {_ADVICE[kind]}."
-        found.append(Finding(kind, names[column], runs, severity, message))
-    return found
 
 
 def _angle_deg(p: FloatArray, q: FloatArray) -> FloatArray:
@@ -205,7 +119,7 @@ def _constant(motion: Motion) -> list[Finding]:
     observed = ~np.isnan(motion.channels).all(axis=0)
     still = motion.skeleton.is_cleaned & observed & ~moving_channels(motion)
     labels = [motion.skeleton.channel_labels[c] for c in np.flatnonzero(still)]
-    advice = _ADVICE["constant"]
+    advice = ADVICE["constant"]
     return [
         Finding("constant", label, (), "note", f"{label} is constant: {advice}.")
         for label in labels
@@ -214,22 +128,25 @@ def _constant(motion: Motion) -> list[Finding]:
 
 
 def _rest_pose(motion: Motion, quaternions: FloatArray, steps: FloatArray) -> list[Finding]:
-    """Find a pose in frame 0 that is not part of the movement."""
+    """Find a pose in frame 0 that is not part of the movement, and frames blended from it."""
     if motion.n_frames < 3 or motion.skeleton.n_joints < 2:
         return []
     away = _angle_deg(quaternions[1:, 1:], quaternions[0, 1:]).max(axis=1)  # (T - 1,)
-    usual = np.percentile(steps[1:, 1:].max(axis=1), 95)
+    pace = steps[:, 1:].max(axis=1)
+    usual = np.percentile(pace[1:], 95)
     angles = wrap_degrees(motion.channels[0, motion.skeleton.is_cleaned])
     drawn = bool(np.all(np.abs(angles) < DRAWN_DEG))
     nearest = away[0] if drawn else away.min()
     # Twice the usual step: in strong noise, every frame is far from every other.
-    if away[0] < 2 * usual or nearest < REST_POSE_DEG / (2 if drawn else 1):
+    if away[0] <= 2 * usual or nearest < REST_POSE_DEG / (2 if drawn else 1):
         return []
+    last = int(np.argmin(np.append(pace > 2 * usual, False))) - 1
+    frames = "Frame 0 is" if last == 0 else f"Frames 0 to {last} are"
     message = (
-        f"Frame 0 is a rest pose and no part of the movement: a joint is {away[0]:.0f} degrees "
-        f"from frame 1; leave the frame out."
+        f"{frames} a rest pose and no part of the movement: a joint is {away[0]:.0f} degrees "
+        f"from frame 1; leave {'it' if last == 0 else 'them'} out."
     )
-    return [Finding("rest pose", "", ((0, 0),), "warning", message)]
+    return [Finding("rest pose", "", ((0, last),), "warning", message)]
 
 
 def _frame_time(motion: Motion, quaternions: FloatArray) -> list[Finding]:

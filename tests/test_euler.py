@@ -10,6 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from data_tools.count_jumps import count_jumps, smallest_step
+from data_tools.count_jumps import main as count_jumps_main
 from mocaplab.bvh import load_bvh
 from mocaplab.euler import (
     align_euler,
@@ -335,3 +337,47 @@ def test_channels_of_order_groups_joints_and_leaves_none_out(small_motion):
         "ZXY": ([3], [[12, 13, 14]]),
         "X": ([4], [[15]]),
     }
+
+
+@pytest.mark.parametrize("order", ["ZYX", "XZY", "ZXZ", "X", "ZX"])
+def test_the_smallest_step_is_found_by_trying_all(order):
+    rng = np.random.default_rng(9)
+    start = rng.uniform(-400, 400, (50, len(order)))
+    end = start + rng.uniform(-40, 40, start.shape)
+    written_otherwise = end + 360.0 * rng.integers(-2, 3, end.shape)
+    if len(order) == 3:
+        written_otherwise[::2] = alternate_euler(written_otherwise[::2], order)
+    smallest = smallest_step(start, written_otherwise, order)
+    assert np.all(smallest <= np.abs(end - start).max(axis=-1) + 1e-9)
+    if len(order) != 3:
+        np.testing.assert_allclose(smallest, np.abs(end - start).max(axis=-1), atol=1e-9)
+
+
+def test_jumps_are_counted_before_and_after():
+    smooth, jumpy = wrapped_motion()
+    found = count_jumps(jumpy)
+    assert found.before > 10
+    assert (found.after, found.removable) == (0, 0)
+    assert found.shift < 1e-9
+    flipped = smooth.channels.copy()
+    flipped[100:, 4] += 170  # a real turn: no angles explain it
+    found = count_jumps(smooth.with_channels(flipped))
+    assert (found.before, found.after, found.removable) == (1, 1, 0)
+
+
+def test_no_jump_is_left_in_real_clips_that_other_angles_would_remove(data_dir, capsys):
+    """The table is printed too: ``pytest -s`` or ``python -m data_tools.count_jumps``."""
+    assert count_jumps_main([str(data_dir)]) == 0
+    table = capsys.readouterr().out
+    print(table)
+    _, _, _, before, after, removable, shift = table.splitlines()[-1].split()
+    assert int(before) > int(after)
+    assert int(removable) == 0
+    assert float(shift) < 1e-9
+
+
+def test_the_jump_counter_asks_for_one_folder(tmp_path, capsys):
+    assert count_jumps_main([]) == 2
+    assert "usage: python -m data_tools.count_jumps FOLDER" in capsys.readouterr().err
+    assert count_jumps_main([str(tmp_path)]) == 0
+    assert "all 0 files" in capsys.readouterr().out

@@ -22,7 +22,7 @@ TOOLS = sorted((ROOT / "data_tools").glob("*.py"))
 # Each module may import only modules that stand on a line above its own.
 LAYERS = [
     ["files", "motion"],
-    ["quaternions", "euler", "bvh_hierarchy"],
+    ["quaternions", "euler", "findings", "bvh_hierarchy"],
     ["rotations"],
     ["bvh", "kinematics", "motion_model", "resampling", "rest_pose", "poses"],
     ["movement", "retargeting", "torch_kinematics"],

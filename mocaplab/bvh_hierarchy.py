@@ -5,6 +5,7 @@ Also what every part of the reader needs: the lines of a file, and the error tha
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -73,7 +74,7 @@ def to_number(reader: Lines, word: str, line: int | None = None) -> float:
         value = float(word)
     except ValueError:
         raise reader.error("a number", repr(word[:40]), line) from None
-    if not np.isfinite(value) or "_" in word:
+    if not math.isfinite(value) or "_" in word:
         raise reader.error("a finite number", repr(word[:40]), line)
     return value
 
@@ -149,7 +150,7 @@ def _open_joint(
     name = _joint_name(reader.line)
     if not name:
         raise reader.error("a joint name", quote(words))
-    if any(joint.name == name for joint in joints):
+    if name in [joint.name for joint in joints]:
         raise reader.error("a new joint name", f"{name!r} a second time")
     if not words[-1].endswith("{"):
         _read_brace(reader)

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -45,7 +46,12 @@ class Checkpoint:
         The single Gaussian width tuned on the training clips, the honest opponent.
     gaussian_per_channel_s : array, shape (C,), seconds
     info : dict
-        How it was trained: settings, seed, names of the clips, figures.
+        How it was trained: settings, seed, clips, losses.
+
+    Raises
+    ------
+    ValueError
+        If shapes, types or values do not fit together.
     """
 
     model: EBF
@@ -54,7 +60,32 @@ class Checkpoint:
     frame_time: float
     gaussian_s: float
     gaussian_per_channel_s: FloatArray
-    info: dict[str, Any] = field(default_factory=dict)
+    info: dict[str, Any]
+
+    def __post_init__(self) -> None:
+        n = len(self.channel_labels)
+        if len(set(self.channel_labels)) != n or not all(
+            isinstance(label, str) for label in self.channel_labels
+        ):
+            raise ValueError("channel labels must be different texts")
+        if self.constant.shape != (n,) or self.constant.dtype != np.bool_:
+            raise ValueError(f"constant must be {n} times true or false")
+        widths = self.gaussian_per_channel_s
+        if widths.shape != (n,) or not (np.isfinite(widths) & (widths >= 0)).all():
+            raise ValueError(f"gaussian_per_channel_s must be {n} numbers of 0 or more")
+        for name in ("frame_time", "gaussian_s"):
+            if not 0 < getattr(self, name) < np.inf:
+                raise ValueError(f"{name} must be above 0, got {getattr(self, name)}")
+        if not all(torch.isfinite(value).all() for value in self.model.parameters()):
+            raise ValueError("a weight is not finite")
+        if not isinstance(self.trained_on, dict):
+            raise ValueError("the list of training clips is not one")
+
+    @property
+    def trained_on(self) -> dict[str, str]:
+        """The clips that the model has seen: name -> digest."""
+        clips: dict[str, str] = self.info["train"]["clips"]
+        return clips
 
     def require(self, skeleton: Skeleton, frame_time: float, name: str) -> None:
         """Refuse a motion that this model was not trained for.
@@ -110,9 +141,15 @@ def load_checkpoint(path: str | os.PathLike[str]) -> Checkpoint:
     tensors, header = read_tensors(path)
     if header.get("format") != FORMAT:
         raise CheckpointError(f"{path}: expected format {FORMAT}, got {header.get('format')}")
-    try:
-        model = EBF(EBFConfig(**header["config"]), seed=0)
-        model.load_state_dict(tensors_under(tensors, "model."))
+    with refuse_damage(path):
+        weights = tensors_under(tensors, "model.")
+        config = EBFConfig(**header["config"])
+        with torch.device("meta"):  # takes no memory, whatever sizes the header claims
+            expected = EBF(config, seed=0).state_dict()
+        if {k: v.shape for k, v in weights.items()} != {k: v.shape for k, v in expected.items()}:
+            raise ValueError("the weights do not fit the configuration")
+        model = EBF(config, seed=0)
+        model.load_state_dict(weights)
         return Checkpoint(
             model=model.eval(),
             constant=tensors["constant"].numpy(),
@@ -122,9 +159,16 @@ def load_checkpoint(path: str | os.PathLike[str]) -> Checkpoint:
             gaussian_per_channel_s=np.asarray(tensors["gaussian_per_channel_s"]),
             info=header["info"],
         )
-    except (KeyError, TypeError, RuntimeError, AttributeError) as error:
-        reason = str(error).splitlines()[0]
-        raise CheckpointError(f"{path}: the model file is damaged ({reason})") from error
+
+
+@contextmanager
+def refuse_damage(path: str | os.PathLike[str]) -> Iterator[None]:
+    """Turn whatever a damaged file leads to into a CheckpointError that names the file."""
+    try:
+        yield
+    except (KeyError, TypeError, ValueError, ArithmeticError, AttributeError, RuntimeError) as e:
+        reason = str(e).splitlines()[0] if str(e) else type(e).__name__
+        raise CheckpointError(f"{path}: the file is damaged ({reason})") from e
 
 
 def read_tensors(path: str | os.PathLike[str]) -> tuple[dict[str, torch.Tensor], dict[str, Any]]:
@@ -142,8 +186,10 @@ def read_tensors(path: str | os.PathLike[str]) -> tuple[dict[str, torch.Tensor],
     try:
         with safe_open(str(path), framework="pt") as file:
             header = json.loads((file.metadata() or {})["mocaplab"])
+            if not isinstance(header, dict):
+                raise ValueError("its header is not a dictionary")
             return {name: file.get_tensor(name) for name in file.keys()}, header  # noqa: SIM118
-    except (SafetensorError, KeyError, ValueError) as error:
+    except (SafetensorError, KeyError, ValueError, RecursionError) as error:
         raise CheckpointError(f"{path}: not a model file of mocaplab ({error})") from error
 
 

@@ -27,8 +27,10 @@ class Cleaner:
     """Clean motions with a trained EBF. Fits the :class:`mocaplab.filters.Denoiser` protocol.
 
     Gaps are filled by straight lines, then every joint angle is smoothed with the widths
-    that the network predicts for it. The root, and channels that do not move, come out
-    exactly as they went in.
+    that the network predicts for it. A channel that never moved in the training clips, but
+    moves here, is smoothed with the single Gaussian width that was tuned on them: the network
+    knows nothing of it. The root, and channels that do not move, come out exactly as they
+    went in.
 
     Parameters
     ----------
@@ -79,7 +81,8 @@ class Cleaner:
             sigma = self.checkpoint.model(*(torch.from_numpy(x).float()[None] for x in inputs))
         result = np.zeros_like(motion.channels)
         result[:, columns] = sigma[0].numpy() * motion.frame_time
-        result[:, self.checkpoint.constant | ~moving_channels(motion)] = 0.0
+        result[:, self.checkpoint.constant] = self.checkpoint.gaussian_s
+        result[:, ~moving_channels(motion)] = 0.0
         return result
 
     def _smooth(self, motion: Motion) -> FloatArray:
@@ -126,6 +129,11 @@ class CleaningReport:
             f"as before {self.n_channels - self.n_changed} channels: the root and those that "
             f"do not move",
         ]
+        if self.jitter_after > self.jitter_before:
+            lines.append(
+                "note      jitter rose: the file was clean, or its joints trembled together with "
+                "the root, which is left as it is"
+            )
         if self.n_filled:
             lines.append(f"filled    {self.n_filled} samples inside gaps")
         return "\n".join(lines)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import io
 import os
 import sys
 from collections.abc import Callable, Sequence
@@ -23,6 +24,9 @@ examples:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit code: 0 done, 2 refused, 130 stopped."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a terminal that cannot show a name's letters
     parser = _parser()
     options = parser.parse_args(arguments)
     try:
@@ -102,7 +106,7 @@ def _parser() -> argparse.ArgumentParser:
         "--epochs", type=_count, default=200, help="passes over the clips (default: %(default)s)"
     )
     train.add_argument(
-        "--seed", type=int, default=0, help="the same seed gives the same model (default: 0)"
+        "--seed", type=_seed, default=0, help="the same seed gives the same model (default: 0)"
     )
     train.add_argument(
         "--holdout",
@@ -141,6 +145,13 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
+def _seed(text: str) -> int:
+    """Read a whole number that a random generator takes."""
+    if not text.isdecimal() or int(text) >= 2**32:
+        raise argparse.ArgumentTypeError(f"must be a whole number below 2^32, got {text!r}")
+    return int(text)
+
+
 def _count(text: str) -> int:
     """Read a whole number above 0."""
     if not text.isdecimal() or int(text) == 0:
@@ -161,7 +172,7 @@ def _add_noise(parser: argparse.ArgumentParser) -> None:
         help="noise of K times each channel's own deviation (default: %(default)s, which is 6 dB)",
     )
     parser.add_argument(
-        "--seed", type=int, default=0, help="the same seed gives the same noise (default: 0)"
+        "--seed", type=_seed, default=0, help="the same seed gives the same noise (default: 0)"
     )
 
 

@@ -27,8 +27,8 @@ from mocaplab.evaluation import (
     table_by_action,
 )
 from mocaplab.files import check_writable
-from mocaplab.findings import summarize
 from mocaplab.filters import Denoiser, GaussianDenoiser
+from mocaplab.findings import summarize
 from mocaplab.motion import Motion, moving_channels
 from mocaplab.movement import jitter
 
@@ -40,6 +40,7 @@ def clean(options: argparse.Namespace) -> None:
     """Clean a file and say what was changed."""
     from mocaplab.cleaning import Cleaner, report_changes
 
+    check_writable(options.output)
     noisy = load_bvh(options.file)
     cleaner = Cleaner(options.model)
     cleaned = cleaner.clean(noisy)
@@ -110,7 +111,7 @@ def evaluate(options: argparse.Namespace) -> None:
         clips = tuple(make_continuous(load_bvh(path)) for path in options.paths)
         dataset = Dataset("files", clips, tuple(clip.name.rsplit("_", 1)[0] for clip in clips))
     if not options.all_clips:
-        known = set(cleaner.checkpoint.info["train"]["clips"].values())
+        known = set(cleaner.checkpoint.trained_on.values())
         new = [i for i, clip in enumerate(dataset.clips) if clip_digest(clip) not in known]
         if len(new) < len(dataset):
             print(f"{len(dataset) - len(new)} clips that the model was trained on are left out")
@@ -125,6 +126,8 @@ def _print_scores(
 ) -> None:
     """Print the table of errors by action, for both kinds of RMS."""
     checkpoint = cleaner.checkpoint
+    for clip in dataset.clips:
+        checkpoint.require(clip.skeleton, clip.frame_time, clip.name)
     tuned_ms = 1000 * checkpoint.gaussian_s
     methods: dict[str, Denoiser] = {
         "noisy": Untouched(),

@@ -25,16 +25,16 @@ def angular_noise(motion: Motion, k: float, *, rng: np.random.Generator) -> Moti
     Parameters
     ----------
     motion : Motion
-    k : float, at least 0
+    k : float in [0, 100]
     rng : numpy.random.Generator
 
     Raises
     ------
     ValueError
-        If k is negative or not finite.
+        If k is negative, or over 100 times the movement itself.
     """
-    if not (np.isfinite(k) and k >= 0):
-        raise ValueError(f"the noise amount k must be 0 or more, got {k}")
+    if not 0 <= k <= 100:
+        raise ValueError(f"the noise amount k must lie in [0, 100], got {k}")
     scale = k * make_continuous(motion).channels.std(axis=0) * moving_channels(motion)
     return motion.with_channels(motion.channels + rng.normal(size=motion.channels.shape) * scale)
 

@@ -38,6 +38,10 @@ class Dataset:
                 f"data set {self.name!r} needs clips and one action for each, got "
                 f"{len(self.clips)} clips and {len(self.actions)} actions"
             )
+        names = [clip.name for clip in self.clips]
+        if len(set(names)) < len(names):
+            twice = next(name for name in names if names.count(name) > 1)
+            raise ValueError(f"clips of a data set need different names, got {twice!r} twice")
         for clip in self.clips:
             if not clip.skeleton.same_as(self.skeleton):
                 raise ValueError(
@@ -90,19 +94,30 @@ def load_folder(folder: str | os.PathLike[str], name: str = "") -> Dataset:
     folder = Path(folder)
     if not folder.is_dir():
         raise NotADirectoryError(f"{folder} is not a folder")
-    paths = sorted(p for p in folder.iterdir() if p.suffix.lower() == ".bvh")
+    paths = sorted(p for p in folder.iterdir() if p.suffix.lower() == ".bvh" and p.is_file())
     if not paths:
         raise ValueError(f"no .bvh file in {folder}")
-    actions: dict[str, str] = {}
-    if (folder / "clips.csv").exists():
-        with open(folder / "clips.csv", newline="", encoding="utf-8") as file:
-            actions = {row["clip"]: row["action"] for row in csv.DictReader(file)}
+    actions = _read_actions(folder / "clips.csv")
     clips = tuple(make_continuous(load_bvh(path)) for path in paths)
     return Dataset(
         name or folder.name,
         clips,
         tuple(actions.get(clip.name, clip.name.rsplit("_", 1)[0]) for clip in clips),
     )
+
+
+def _read_actions(path: Path) -> dict[str, str]:
+    """Read which action each clip shows: clip name -> action."""
+    if not path.exists():
+        return {}
+    try:
+        with open(path, newline="", encoding="utf-8") as file:
+            actions = {row["clip"]: row["action"] for row in csv.DictReader(file)}
+    except (KeyError, UnicodeDecodeError, csv.Error):
+        raise ValueError(f"{path}: expected UTF-8 text with the columns clip and action") from None
+    if not all(actions.values()):
+        raise ValueError(f"{path}: every clip needs an action")
+    return actions
 
 
 def load_dataset(name: str, path: str | os.PathLike[str] | None = None) -> Dataset:
@@ -204,8 +219,8 @@ class Windows:
             # A clip shorter than a piece is played back and forth until it is long enough.
             missing = ((0, max(0, n_frames - clip.n_frames)), (0, 0))
             self.channels.append(np.pad(clip.channels, missing, mode="symmetric"))
-            velocity = root_angular_velocity(clip)
-            self.velocities.append(np.pad(velocity, missing, mode="symmetric"))
+            played = clip.with_channels(self.channels[-1])
+            self.velocities.append(root_angular_velocity(played))
             self.lengths.append(len(self.channels[-1]))
         self.means = [clip.channels.mean(axis=0) for clip in clips]
         self.scales = [clip.channels.std(axis=0) * moving_channels(clip) for clip in clips]

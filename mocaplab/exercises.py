@@ -33,6 +33,8 @@ def check_noisiest_joint(answer: str | None, clip: Corrupted) -> str:
     place = ranking.index(answer) + 1
     if place == 1:
         return f"Right: {answer} has {rms[answer]:.1f} degrees of noise, more than any other joint."
+    if place == 2:
+        return f"Almost: {answer} has the second most noise. Look at the other side of the body."
     if rms[answer] == 0:
         return f"{answer} got no noise at all. Noise grows with movement: which joint moves most?"
     return (
@@ -46,7 +48,17 @@ def check_rms(answer: Callable[[Motion, Motion], float] | None, clip: Corrupted)
     if answer is None:
         return NOT_YET
     a, b = clip.observed, clip.clean
-    got = float(answer(a, b))
+    if not callable(answer):
+        return "Give the function itself: def my_rms(motion, clean): and no call of it."
+    result = answer(a, b)
+    if result is None:
+        return "Your function returns nothing. Does it end with return?"
+    if np.ndim(result) != 0:
+        return (
+            f"Your function returns {np.size(result)} numbers, not one. Take the mean over "
+            f"frames and channels together."
+        )
+    got = float(result)
     right = rms_all_deg(a, b)
     error = a.channels - b.channels
     joints = error[:, a.skeleton.is_cleaned]
@@ -60,19 +72,25 @@ def check_rms(answer: Callable[[Motion, Motion], float] | None, clip: Corrupted)
         "of samples: take the mean.",
         float(np.sqrt(np.mean(error**2))): "You counted the root's 6 channels too. They are "
         "clean and hide the error: use clean.skeleton.is_cleaned to pick the others.",
+        float(np.mean(np.sqrt(np.mean(joints**2, axis=0)))): "That is the mean of one RMS a "
+        "channel. Take one mean over all samples before the root.",
+        float(np.std(joints)): "That is the standard deviation: it takes the mean error away "
+        "first. An RMS error does not.",
         rms_moving_deg(a, b): "You counted only the channels that move. This exercise wants all "
         "joint angles, as in the paper.",
     }
     for value, hint in known.items():
         if np.isclose(got, value, rtol=1e-6):
             return hint
-    return f"You got {got:.3f}. Subtract, square, take the mean, take the square root."
+    return f"You got {got:.6g}. Subtract, square, take the mean, take the square root."
 
 
 def check_gaussian_width(answer_s: float | None, clip: Corrupted) -> str:
     """Check a hand-tuned Gaussian width: within 2 % of the smallest error there is."""
     if answer_s is None:
         return NOT_YET
+    if not isinstance(answer_s, int | float) or not np.isfinite(answer_s):
+        return f"A width is a number of seconds, such as 0.05, not {answer_s!r}."
     if answer_s >= 1:
         return (
             f"{answer_s} is in seconds, so you would average over the whole clip. If you meant "
@@ -80,11 +98,13 @@ def check_gaussian_width(answer_s: float | None, clip: Corrupted) -> str:
         )
     if answer_s <= 0:
         return "A width of 0 or less does not smooth at all. Try something above 0."
-    best = min(_gaussian_error(clip, s) for s in np.geomspace(0.004, 0.3, 60))
+    widths = np.geomspace(0.004, 0.3, 60)
+    errors = [_gaussian_error(clip, s) for s in widths]
+    best = min(errors)
     mine = _gaussian_error(clip, answer_s)
     if mine <= 1.02 * best:
         return f"Right: {mine:.3f} degrees. No single width gets below {best:.3f} on this clip."
-    wider = _gaussian_error(clip, 1.05 * answer_s) < mine
+    wider = answer_s < widths[np.argmin(errors)]
     return (
         f"{mine:.3f} degrees, {100 * (mine / best - 1):.0f} % above the best. "
         f"{'Too little smoothing is left in noise' if wider else 'Too much smoothing is blur'}: "

@@ -13,11 +13,16 @@ def check_writable(path: str | os.PathLike[str]) -> None:
     Raises
     ------
     OSError
-        If it is a folder, or the folder that it lies in is missing or may not be written.
+        If it is a folder, a device or a file that may not be written, or the folder that
+        it lies in is missing or may not be written.
     """
     path = Path(path)
     if path.is_dir():
         raise IsADirectoryError(f"cannot write {path}: it is a folder")
+    if path.exists() and not path.is_file():
+        raise OSError(f"cannot write {path}: it is not a regular file")
+    if path.exists() and not os.access(path, os.W_OK):
+        raise PermissionError(f"cannot write {path}: no permission")
     if not path.parent.is_dir():
         raise FileNotFoundError(f"cannot write {path}: there is no folder {path.parent}")
     if not os.access(path.parent, os.W_OK):
@@ -32,17 +37,27 @@ def write_atomically(path: str | os.PathLike[str], content: str | bytes) -> None
     OSError
         If the file cannot be written; an older file of that name is then unharmed.
     """
-    path = Path(path).resolve()  # a link stays a link, and what it points to is replaced
+    try:
+        path = Path(path).resolve()  # a link stays a link; what it points to is replaced
+    except RuntimeError:
+        raise OSError(f"cannot write {path}: the link points to itself") from None
     check_writable(path)
     data = content.encode() if isinstance(content, str) else content
-    handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+    handle, temporary = tempfile.mkstemp(prefix=".mocaplab.", dir=path.parent)
     try:
         with os.fdopen(handle, "wb") as file:
             file.write(data)
-        umask = os.umask(0)
-        os.umask(umask)
-        os.chmod(temporary, 0o666 & ~umask)  # mkstemp makes files that only we may read
+        os.chmod(temporary, _mode_for(path))
         os.replace(temporary, path)
     except BaseException:
         os.unlink(temporary)
         raise
+
+
+def _mode_for(path: Path) -> int:
+    """Return the permissions that a file has, or that a new one gets by the umask."""
+    if path.exists():
+        return path.stat().st_mode & 0o777
+    umask = os.umask(0)
+    os.umask(umask)
+    return 0o666 & ~umask

@@ -113,6 +113,16 @@ class EBFConfig:
     radius: int = 15  # frames that the filter reaches to each side
     first_sigma: float = 4.0  # frames; every width starts near this
 
+    def __post_init__(self) -> None:
+        for name in ("n_channels", "n_code", "n_hidden", "n_layers", "radius"):
+            value = getattr(self, name)
+            if type(value) is not int or not 1 <= value <= 100_000:
+                raise ValueError(f"{name} must be a whole number above 0, got {value!r}")
+        if not 0 <= self.dropout < 1:
+            raise ValueError(f"dropout must be at least 0 and below 1, got {self.dropout!r}")
+        if not 0.1 <= self.first_sigma <= 30:
+            raise ValueError(f"first_sigma must lie in [0.1, 30], got {self.first_sigma!r}")
+
 
 class EBF(nn.Module):
     """Encoder, bidirectional LSTM, filter prediction (paper A, section 3).
@@ -145,10 +155,9 @@ class EBF(nn.Module):
             self.head = dense_stack(2 * config.n_hidden, config.n_channels, config.n_layers)
             # Small last weights and this bias: all widths start near first_sigma. With the
             # paper's own start (uniform in [-0.5, 0.5]) exp gives widths from 0 to 1000.
-            last = self.head[-1]
-            assert isinstance(last, nn.Linear)
-            nn.init.normal_(last.weight, std=0.01)
-            nn.init.constant_(last.bias, math.log(config.first_sigma))
+            *_, weight, bias = self.head.parameters()
+            nn.init.normal_(weight, std=0.01)
+            nn.init.constant_(bias, math.log(config.first_sigma))
 
     def forward(self, pose: Tensor, root_velocity: Tensor) -> Tensor:
         """Predict the filter widths.

@@ -14,7 +14,13 @@ import torch
 from safetensors.torch import save
 from tqdm.auto import tqdm
 
-from mocaplab.checkpoints import Checkpoint, CheckpointError, read_tensors, tensors_under
+from mocaplab.checkpoints import (
+    Checkpoint,
+    CheckpointError,
+    read_tensors,
+    refuse_damage,
+    tensors_under,
+)
 from mocaplab.corruption import corrupt
 from mocaplab.datasets import Batch, Windows, clip_digest
 from mocaplab.files import write_atomically
@@ -91,7 +97,11 @@ def train(
     schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimizer, config.epochs)
 
     losses: list[float] = []
-    fingerprint = {**asdict(config), "clips": {clip.name: clip_digest(clip) for clip in clips}}
+    fingerprint = {
+        **asdict(config),
+        "model": asdict(trainer.model.config),
+        "clips": {clip.name: clip_digest(clip) for clip in clips},
+    }
     if state_path is not None and Path(state_path).exists():
         losses = _load_state(state_path, trainer.model, optimizer, schedule, fingerprint)
     bar = tqdm(
@@ -156,7 +166,7 @@ class _Trainer:
             noisy[..., self.moving], sigma[..., self.moving], self.model.config.radius
         )
         error = (smooth - clean[..., self.moving]) ** 2  # (B, T, moving C), degrees squared
-        # Divided by the clip's own movement; otherwise the few clips with the widest
+        # Divided by the spread of the observed clip; otherwise the few clips with the widest
         # movements would decide everything.
         spread = _float32(batch.std[..., self.columns] ** 2).mean(dim=-1)  # (B, 1)
         spread = spread.clamp_min(CONSTANT_STD_DEG**2)  # a clip that does not move at all
@@ -198,11 +208,22 @@ def _load_state(
 ) -> list[float]:
     """Put everything back as it was and return the losses so far."""
     tensors, header = read_tensors(path)
-    if header["train"] != fingerprint:
+    if header.get("train") != fingerprint:
         raise CheckpointError(
-            f"{path} is the state of another training (other settings or clips); "
+            f"{path} is not the state of this training (other settings or clips); "
             f"remove it to start anew"
         )
+    with refuse_damage(path):
+        return _put_back(tensors, header, model, optimizer, schedule)
+
+
+def _put_back(
+    tensors: dict[str, torch.Tensor],
+    header: dict[str, Any],
+    model: EBF,
+    optimizer: torch.optim.Optimizer,
+    schedule: torch.optim.lr_scheduler.LRScheduler,
+) -> list[float]:
     model.load_state_dict(tensors_under(tensors, "model."))
     state = optimizer.state_dict()
     for name, value in tensors_under(tensors, "adam.").items():

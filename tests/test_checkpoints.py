@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 import torch
+from safetensors import safe_open
 from safetensors.torch import load_file, save_file
 
 from mocaplab.checkpoints import CheckpointError, load_checkpoint, save_checkpoint
@@ -59,8 +60,6 @@ def test_a_cut_file_is_refused(path):
 
 
 def tamper(path, edit_header=None, drop=None):
-    from safetensors import safe_open
-
     with safe_open(path, framework="pt") as file:
         header = json.loads(file.metadata()["mocaplab"])
     tensors = load_file(path)
@@ -78,6 +77,15 @@ def tamper(path, edit_header=None, drop=None):
         (lambda h: h["config"].update(n_channels=7), None, "damaged"),
         (lambda h: h["config"].update(unknown=7), None, "damaged"),
         (lambda h: h.pop("config"), None, "damaged"),
+        (lambda h: h["config"].update(n_hidden=10**5), None, "do not fit the configuration"),
+        (lambda h: h["config"].update(n_layers=0), None, "n_layers must be a whole number"),
+        (lambda h: h["config"].update(radius=1.5), None, "radius must be a whole number"),
+        (lambda h: h["config"].update(dropout="x"), None, "damaged"),
+        (lambda h: h.update(frame_time=float("nan")), None, "frame_time must be above 0"),
+        (lambda h: h.update(frame_time="x"), None, "damaged"),
+        (lambda h: h.update(channel_labels=["a"]), None, "damaged"),
+        (lambda h: h.update(info={}), None, "damaged"),
+        (lambda h: h.update(info=None), None, "damaged"),
         (None, "model.lstm.weight_ih_l0", "damaged"),
         (None, "constant", "damaged"),
     ],
@@ -88,9 +96,26 @@ def test_tampered_files_are_refused(path, edit, drop, message):
         load_checkpoint(path)
 
 
+@pytest.mark.parametrize("header", ["[1]", "3", "null", "[" * 100_000, "{"])
+def test_a_header_that_is_no_dictionary_is_refused(path, header):
+    save_file(load_file(path), path, {"mocaplab": header})
+    with pytest.raises(CheckpointError, match="not a model file"):
+        load_checkpoint(path)
+
+
+def test_weights_that_are_not_finite_are_refused(path):
+    with safe_open(path, framework="pt") as file:
+        metadata = file.metadata()
+    tensors = load_file(path)
+    tensors["model.encoder.0.weight"][0, 0] = torch.nan
+    save_file(tensors, path, metadata)
+    with pytest.raises(CheckpointError, match="a weight is not finite"):
+        load_checkpoint(path)
+
+
 def test_another_skeleton_or_frame_rate_is_refused_with_advice(checkpoint, walk, small_motion):
     checkpoint.require(walk.skeleton, walk.frame_time, "walk")
-    with pytest.raises(ValueError, match=r"another skeleton.*Spine1|mocaplab train"):
+    with pytest.raises(ValueError, match=r"another skeleton.*does not know.*mocaplab train"):
         checkpoint.require(small_motion.skeleton, walk.frame_time, "small")
     slow = replace(walk, frame_time=1 / 30)
     with pytest.raises(ValueError, match=r"trained at 120 frames per second, this file has 30"):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mocaplab.cleaning import Cleaner, report_changes
-from mocaplab.corruption import corrupt
+from mocaplab.corruption import angular_noise, corrupt
 from mocaplab.euler import make_continuous
 from mocaplab.evaluation import rms_all_deg
 from mocaplab.filters import GaussianDenoiser
@@ -57,9 +57,34 @@ def test_wraps_do_not_disturb_and_come_back(cleaner, noisy):
 
 def test_widths_are_in_seconds_and_0_where_nothing_is_smoothed(cleaner, noisy):
     sigma = cleaner.predict_sigma_s(make_continuous(noisy.observed))
-    moving = moving_channels(noisy.observed) & ~cleaner.checkpoint.constant
+    moving = moving_channels(noisy.observed)
     assert (sigma[:, ~moving] == 0).all()
     assert ((sigma[:, moving] > 0.1 / 121) & (sigma[:, moving] < 31 / 120)).all()
+
+
+def test_a_channel_unknown_to_the_network_gets_the_tuned_width(cleaner, noisy):
+    label = "LHipJoint.Xrotation"
+    column = noisy.clean.skeleton.channel_index(label)
+    assert cleaner.checkpoint.constant[column]
+    channels = noisy.observed.channels.copy()
+    channels[:, column] += 10 * np.sin(noisy.clean.time_s * 5)
+    moved = noisy.observed.with_channels(channels)
+    sigma = cleaner.predict_sigma_s(make_continuous(moved))
+    np.testing.assert_allclose(sigma[:, column], cleaner.checkpoint.gaussian_s)
+    assert (cleaner.clean(moved).channel(label) != moved.channel(label)).any()
+
+
+def test_the_turning_of_the_root_matters(cleaner, noisy):
+    turning = noisy.observed.channels.copy()
+    turning[:, 4] += 60 * np.sin(3 * noisy.clean.time_s)
+    a = cleaner.predict_sigma_s(noisy.observed)
+    b = cleaner.predict_sigma_s(noisy.observed.with_channels(turning))
+    assert np.abs(a - b).max() > 1e-4
+
+
+def test_a_rise_of_jitter_is_told(walk):
+    rough = angular_noise(walk, 0.1, rng=np.random.default_rng(0))
+    assert "jitter rose" in str(report_changes(walk, rough))
 
 
 def test_report_finds_the_largest_change(walk):
@@ -83,7 +108,7 @@ def test_a_clip_of_one_frame_comes_back(cleaner, walk):
 def test_ebf_beats_the_tuned_gaussian_on_real_clips_it_never_saw(cleaner, data_dir):
     from mocaplab.datasets import clip_digest, load_dataset
 
-    trained_on = set(cleaner.checkpoint.info["train"]["clips"].values())
+    trained_on = set(cleaner.checkpoint.trained_on.values())
     clips = load_dataset("cmu", data_dir / "cmu").clips
     unseen = [clip for clip in clips if clip_digest(clip) not in trained_on]
     assert 8 <= len(unseen) <= 16

@@ -169,7 +169,7 @@ def test_model_that_is_none(walk_file, tmp_path, capsys):
 
 def test_negative_noise(walk_file, tmp_path, capsys):
     message = refused(["corrupt", walk_file, "--noise", "-1", "-o", tmp_path / "x.bvh"], capsys)
-    assert "0 or more" in message
+    assert "must lie in [0, 100]" in message
 
 
 def test_files_of_different_length(walk, walk_file, tmp_path, capsys):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from mocaplab.bvh import save_bvh
+from mocaplab.corruption import angular_noise
 from mocaplab.datasets import (
     Dataset,
     Windows,
@@ -15,6 +16,7 @@ from mocaplab.datasets import (
     split_holdout,
 )
 from mocaplab.motion import moving_channels
+from mocaplab.movement import root_angular_velocity
 
 
 def test_embedded_has_the_mix_of_the_paper(embedded):
@@ -96,6 +98,33 @@ def test_pieces_are_where_they_say(walk):
             assert weight[10:-10].all()
 
 
+def test_a_piece_at_another_speed_is_the_clip_played_so(walk):
+    windows = Windows([walk], n_frames=60, margin=10)
+    batch = next(windows.batches(4, (0.3, 0.3), (1.5, 1.5), rng=np.random.default_rng(0)))
+    velocity = root_angular_velocity(walk)
+    # Where the piece starts is not told: it is where its first frame fits best.
+    for piece, turning in zip(batch.clean, batch.root_velocity, strict=True):
+        starts = np.linspace(0, walk.n_frames - 1 - 59 * 1.5, 4000)
+        column = walk.skeleton.channel_index("LeftLeg.Xrotation")
+        frames = np.arange(walk.n_frames)
+        times = starts[:, None] + 1.5 * np.arange(60)
+        played = np.interp(times, frames, walk.channels[:, column])
+        best = np.argmin(np.abs(played - piece[:, column]).sum(axis=1))
+        np.testing.assert_allclose(played[best], piece[:, column], atol=0.3)
+        for axis in range(3):
+            expected = 1.5 * np.interp(times[best], frames, velocity[:, axis])
+            np.testing.assert_allclose(turning[:, axis], expected, atol=0.05)
+
+
+def test_pieces_are_measured_as_the_cleaner_measures_a_clip(walk):
+    """The deviation that training assumes is that of the noisy clip."""
+    windows = Windows([walk], n_frames=60, margin=10)
+    batch = next(windows.batches(1, (0.7, 0.7), rng=np.random.default_rng(0)))
+    noisy = angular_noise(walk, 0.7, rng=np.random.default_rng(1)).channels
+    moving = moving_channels(walk)
+    np.testing.assert_allclose(batch.std[0, 0, moving], noisy.std(axis=0)[moving], rtol=0.1)
+
+
 def test_noise_of_pieces_lies_in_the_range(walk):
     windows = Windows([walk], n_frames=100, margin=10)
     batch = next(windows.batches(64, (0.4, 0.6), rng=np.random.default_rng(0)))
@@ -112,6 +141,22 @@ def test_short_clips_are_played_back_and_forth(walk):
     np.testing.assert_array_equal(batch.clean[0, 30:], walk.channels[29:9:-1])
     with pytest.raises(ValueError, match="all margin"):
         Windows([walk], n_frames=20, margin=10)
+
+
+def test_two_clips_of_one_name_are_refused(walk):
+    with pytest.raises(ValueError, match="'walk_01' twice"):
+        Dataset("twice", (walk, walk), ("walk", "walk"))
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [("name,frames\nx,3\n", "columns clip and action"), ("clip,action\nx\n", "needs an action")],
+)
+def test_a_bad_list_of_clips_is_named(tmp_path, walk, content, words):
+    save_bvh(walk, tmp_path / "walk.bvh")
+    (tmp_path / "clips.csv").write_text(content)
+    with pytest.raises(ValueError, match=rf"clips\.csv.*{words}"):
+        load_folder(tmp_path)
 
 
 def test_a_data_set_needs_clips():

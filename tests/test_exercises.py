@@ -21,6 +21,7 @@ def test_no_answer_yet(clip):
 def test_noisiest_joint(clip):
     answers = {j: check_noisiest_joint(j, clip) for j in clip.clean.skeleton.joint_names}
     assert sum(text.startswith("Right:") for text in answers.values()) == 1
+    assert sum(text.startswith("Almost:") for text in answers.values()) == 1
     assert "got no noise" in answers["LHipJoint"]
     assert "widest angles" in answers["Head"]
     assert "There is no joint" in check_noisiest_joint("Knee", clip)
@@ -41,6 +42,11 @@ def joint_errors(a, b):
         (lambda a, b: np.linalg.norm(joint_errors(a, b)), "Divide by the number"),
         (lambda a, b: np.sqrt(np.mean((a.channels - b.channels) ** 2)), "root's 6 channels"),
         (rms_moving_deg, "only the channels that move"),
+        (lambda a, b: np.mean(np.sqrt(np.mean(joint_errors(a, b) ** 2, axis=0))), "one RMS a"),
+        (lambda a, b: np.std(joint_errors(a, b)), "standard deviation"),
+        (lambda a, b: np.sqrt(np.mean(joint_errors(a, b) ** 2, axis=0)), "90 numbers, not one"),
+        (lambda a, b: None, "end with return"),
+        (2.39, "the function itself"),
         (lambda a, b: 12.0, "Subtract, square"),
     ],
 )
@@ -54,6 +60,9 @@ def test_rms(clip, answer, words):
         (5, "divide by 120"),
         (58, "milliseconds"),
         (0, "above 0"),
+        (float("nan"), "number of seconds"),
+        ("0.03", "number of seconds"),
+        (0.0005, "go up"),
         (0.008, "go up"),
         (0.2, "go down"),
     ],

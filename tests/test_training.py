@@ -5,9 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
+from safetensors import safe_open
+from safetensors.torch import load_file, save_file
 
 from mocaplab import training
 from mocaplab.checkpoints import CheckpointError
+from mocaplab.datasets import Windows
+from mocaplab.networks import EBF, EBFConfig
 from mocaplab.training import TrainConfig, train
 
 QUICK = TrainConfig(epochs=3, batch_size=4, n_frames=60)
@@ -72,8 +76,40 @@ def test_an_interrupted_training_goes_on_as_if_nothing_had_been(
 def test_the_state_of_another_training_is_refused(clips, tmp_path):
     state = tmp_path / "model.part"
     train(clips, replace(QUICK, epochs=1), state_path=state, progress=False)
-    with pytest.raises(CheckpointError, match="another training"):
+    with pytest.raises(CheckpointError, match="not the state of this training"):
         train(clips, QUICK, state_path=state, progress=False)
+
+
+def test_a_damaged_state_is_refused(clips, tmp_path):
+    state = tmp_path / "model.part"
+    train(clips, QUICK, state_path=state, progress=False)
+    with safe_open(state, framework="pt") as file:
+        metadata = file.metadata()
+    tensors = load_file(state)
+    del tensors["model.encoder.0.weight"]
+    save_file(tensors, state, metadata)
+    with pytest.raises(CheckpointError, match="damaged"):
+        train(clips, QUICK, state_path=state, progress=False)
+    save_file(tensors, state, {"mocaplab": "{}"})
+    with pytest.raises(CheckpointError, match="not the state of this training"):
+        train(clips, QUICK, state_path=state, progress=False)
+
+
+def test_the_margins_of_a_piece_do_not_count(clips):
+    """Noise that is only in the margins changes the loss only through its neighbours."""
+    windows = Windows(clips[:1], 90, 15)
+    batch = next(windows.batches(4, (0.5, 0.5), rng=np.random.default_rng(0)))
+    far = replace(batch, weight=np.ones_like(batch.weight))
+    spoiled = batch.clean.copy()
+    spoiled[batch.weight == 0] += 50.0
+    for case, same in ((batch, True), (far, False)):
+        losses = []
+        for clean in (case.clean, spoiled):
+            model = EBF(EBFConfig(90, dropout=0.0), seed=0)
+            trainer = training._Trainer(model, np.zeros(96, bool), clips[0].skeleton.is_cleaned)
+            optimizer = torch.optim.SGD(model.parameters(), lr=0.0)
+            losses.append(trainer.step(replace(case, clean=clean), optimizer, QUICK))
+        assert (losses[0] == losses[1]) == same
 
 
 def test_a_loss_that_is_not_finite_stops_with_advice(clips):

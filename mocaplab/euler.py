@@ -51,17 +51,12 @@ def alternate_euler(angles_deg: ArrayLike, order: str) -> FloatArray:
     Parameters
     ----------
     angles_deg : array, shape (..., 3), degrees
-    order : str of three letters, neighbours different
-
-    Raises
-    ------
-    ValueError
-        For any other order.
+    order : str of three letters, neighbours different; ValueError for any other
     """
     check_order(order)
     angles = np.asarray(angles_deg, dtype=np.float64)
-    middle = -angles[..., 1] if order[0] == order[2] else 180.0 - angles[..., 1]
-    return np.stack([angles[..., 0] + 180.0, middle, angles[..., 2] + 180.0], axis=-1)
+    a, b, c = np.moveaxis(angles, -1, 0)
+    return np.stack([a + 180.0, -b if order[0] == order[2] else 180.0 - b, c + 180.0], axis=-1)
 
 
 def align_euler(angles_deg: ArrayLike, reference_deg: ArrayLike, order: str) -> FloatArray:
@@ -184,26 +179,21 @@ def rotation_triples(skeleton: Skeleton) -> list[tuple[int, list[int], str]]:
     -------
     list of (joint, the three channel indices in file order, Euler order)
     """
-    groups = [(order, *group) for order, group in channels_of_order(skeleton).items()]
     return sorted(
         (joint, columns, order)
-        for order, joints, columns_of_joint in groups
+        for order, (joints, columns_of_joint) in channels_of_order(skeleton).items()
         for joint, columns in zip(joints, columns_of_joint, strict=True)
         if len(order) == 3
     )
 
 
 def motion_continuity(motion: Motion) -> tuple[FloatArray, FloatArray]:
-    """Find what makes a whole motion continuous; see :func:`continuity`.
+    """Find what makes a whole motion continuous: sign and offset, each of shape (T, C).
 
-    A joint with one or two rotations has no alternate: only full turns are undone.
-    Positions keep sign 1 and offset 0. So does a joint with such strong noise that its
-    angles step by more than ``TREMBLING_DEG`` in half of all frames: there, a step of over
-    180 degrees may be noise, and taking it for a full turn would bend the rest of the clip.
-
-    Returns
-    -------
-    sign, offset : arrays, shape (T, C)
+    See :func:`continuity`. A joint with one or two rotations has no alternate: only full
+    turns are undone. Positions keep sign 1 and offset 0. So does a joint with such strong
+    noise that an angle steps by more than ``TREMBLING_DEG`` in half of all frames: a step of
+    over 180 degrees may be noise there, and to undo it would bend the rest of the clip.
     """
     sign = np.ones_like(motion.channels)
     offset = np.zeros_like(motion.channels)
@@ -213,11 +203,12 @@ def motion_continuity(motion: Motion) -> tuple[FloatArray, FloatArray]:
             sign[:, columns], offset[:, columns] = continuity(angles, order)
         else:
             offset[:, columns] = _full_turns(angles)
-    steps = np.abs(wrap_degrees(np.diff(_hold(motion.channels), axis=0)))
-    trembles = np.median(steps, axis=0) > TREMBLING_DEG if len(steps) else np.zeros(0, bool)
-    for joint in np.unique(motion.skeleton.channel_joint[np.flatnonzero(trembles)]):
-        of_joint = motion.skeleton.channel_joint == joint
-        sign[:, of_joint], offset[:, of_joint] = 1.0, 0.0
+    if motion.n_frames > 1:
+        steps = np.abs(wrap_degrees(np.diff(_hold(motion.channels), axis=0)))
+        trembles = (np.median(steps, axis=0) > TREMBLING_DEG) & motion.skeleton.is_rotation
+        joint = motion.skeleton.channel_joint
+        of_trembling_joint = np.isin(joint, joint[trembles])
+        sign[:, of_trembling_joint], offset[:, of_trembling_joint] = 1.0, 0.0
     return sign, offset
 
 

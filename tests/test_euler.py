@@ -243,6 +243,15 @@ def test_make_continuous_recovers_balls_hinges_and_saddles():
     np.testing.assert_allclose(sign * (smooth.channels - offset), jumpy.channels, atol=1e-9)
 
 
+def test_a_root_that_goes_far_in_each_frame_is_not_taken_for_a_trembling_joint():
+    """In millimetres, a walk goes over 20 units a frame."""
+    smooth, jumpy = (
+        m.with_channels(m.channels * np.where(m.skeleton.is_rotation, 1, 100))
+        for m in wrapped_motion()
+    )
+    np.testing.assert_allclose(make_continuous(jumpy).channels, smooth.channels, atol=1e-9)
+
+
 def test_make_continuous_keeps_every_position(small_motion):
     _, jumpy = wrapped_motion()
     for motion in (jumpy, small_motion):

@@ -154,14 +154,15 @@ def _parse_as_json(parser: simdjson.Parser, block: str) -> FloatArray | None:
     if "," in block or "[" in block or "{" in block:  # JSON knows these, BVH does not
         return None
     words = block.strip().encode()
-    # Several blanks in a row make empty words in the first array; the second takes longer.
-    for join in (lambda: words.translate(_BLANKS_TO_COMMAS), lambda: b",".join(words.split())):
-        array = b"[" + join() + b"]"
+    for blanks_in_a_row in (False, True):  # they make empty words; parting them takes longer
+        commas = b",".join(words.split()) if blanks_in_a_row else words.translate(_BLANKS_TO_COMMAS)
+        array = b"[" + commas + b"]"
         if _has_minus_zero(array):
             return None
         try:
-            parsed = cast(simdjson.Array, parser.parse(array))
-            return np.frombuffer(parsed.as_buffer(of_type="d"), dtype=np.float64)
+            # Not a variable: the parser refuses its next task while somebody holds its last.
+            buffer = cast(simdjson.Array, parser.parse(array)).as_buffer(of_type="d")
+            return np.frombuffer(buffer, dtype=np.float64)
         except (ValueError, TypeError):
             continue
     return None

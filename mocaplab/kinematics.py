@@ -56,9 +56,9 @@ def _joint_transforms(motion: Motion) -> FloatArray:
     for order, all_joints in joints_of_order.items():
         for start in range(0, len(all_joints), block):
             joints = all_joints[start : start + block]
-            turns = turns_of_order[order][start : start + block]
+            columns = turns_of_order[order][start : start + block]
             if order:
-                angles = values[np.transpose(turns)]  # (len(order), joints, T)
+                angles = values[np.transpose(columns)]  # (len(order), joints, T)
                 matrices = euler_to_matrix(angles.transpose(1, 2, 0), order)
                 transforms[joints, :, :3] = matrices.transpose(0, 2, 3, 1)
             else:

@@ -453,3 +453,51 @@ def test_damaged_files_give_a_bvh_error_or_a_valid_motion(read, place, length, p
         motion = read(plain[:place] + patch + plain[place + length :])
         assert np.isfinite(motion.channels).all()
         assert motion.frame_time > 0
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        *("-0 1", "1 -0", "-0.0 -0e5", "1. .5 +1 007", "1  2\t\t3", "1 \n2 \n", "1e-08 2E+3"),
+        *(
+            "18446744073709551616 9007199254740993",
+            "5e-324 2.2250738585072011e-308",
+            "\x0c1\u30002",
+        ),
+        "0.1 " * 30_000 + "-0 " + "1.\n" * 20_000,  # several blocks, read in different ways
+    ],
+    ids=lambda words: words[:20],
+)
+def test_numbers_are_those_of_float_bit_by_bit(read, words):
+    expected = np.array([float(word) for word in words.split()])
+    text = edit("1 2 3 4\n5 6 7 8", words).replace("3 Xposition Zrotation Yrotation", "1 Xposition")
+    text = text.replace("1 Xrotation", "0").replace("Frames: 2", f"Frames: {len(expected)}")
+    assert read(text).channels.tobytes() == expected.tobytes()
+
+
+@pytest.mark.parametrize(
+    "word", ["true", "null", '"6"', "{}", "[6]", "[", "6]", "6,7", "6,", "1e999", "//", "٣_"]
+)
+def test_what_only_json_allows_is_refused(read, word):
+    with pytest.raises(BVHError) as caught:
+        read(edit("5 6 7 8", f"5 {word} 7 8"))
+    assert caught.value.line == 20
+
+
+@relaxed
+@given(st.lists(finite, min_size=1, max_size=40))
+def test_numbers_are_written_as_short_as_repr_writes_them(read, tmp_path, values):
+    motion = read(PLAIN)
+    skeleton = replace(motion.skeleton, channel_names=(("Xposition",), ()))
+    save_bvh(Motion(skeleton, 0.1, np.array(values)[:, None]), tmp_path / "short.bvh")
+    lines = (tmp_path / "short.bvh").read_text().splitlines()[-len(values) :]
+    for line, value in zip(lines, values, strict=True):
+        assert float(line) == value
+        digits, as_repr = (re.sub(r"e.*|\D", "", text).strip("0") for text in (line, repr(value)))
+        assert len(digits) <= len(as_repr)
+
+
+def test_a_motion_in_columns_is_written_in_rows(small_motion, tmp_path):
+    turned = small_motion.with_channels(np.asfortranarray(small_motion.channels))
+    save_bvh(turned, tmp_path / "turned.bvh")
+    same(load_bvh(tmp_path / "turned.bvh"), small_motion)

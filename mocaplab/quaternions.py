@@ -94,17 +94,17 @@ def matrix_to_quaternion(matrix: ArrayLike) -> FloatArray:
     m = as_matrix(matrix)
     # Four times the product of any two components is a sum of entries of the matrix. The
     # row with the largest square is the quaternion times a number that is far from 0.
-    products = np.empty((*m.shape[:-2], 4, 4))
+    products = np.empty((4, 4, *m.shape[:-2]))
     x, y, z = m[..., 0, 0], m[..., 1, 1], m[..., 2, 2]
     for a, square in enumerate((x + y + z, x - y - z, y - x - z, z - x - y)):
-        products[..., a, a] = 1 + square
+        products[a, a] = 1 + square
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
         both, turn = m[..., i, j] + m[..., j, i], m[..., j, i] - m[..., i, j]
-        products[..., 1 + i, 1 + j] = products[..., 1 + j, 1 + i] = both
-        products[..., 0, 1 + k] = products[..., 1 + k, 0] = turn
-    largest = np.argmax(np.diagonal(products, axis1=-2, axis2=-1), axis=-1)
-    q = np.take_along_axis(products, largest[..., None, None], axis=-2)[..., 0, :]
-    q /= np.linalg.norm(q, axis=-1, keepdims=True)
+        products[1 + i, 1 + j] = products[1 + j, 1 + i] = both
+        products[0, 1 + k] = products[1 + k, 0] = turn
+    largest = np.argmax(products[range(4), range(4)], axis=0)
+    row = np.take_along_axis(products, largest[None, None], axis=0)[0]
+    q = as_quaternion(np.moveaxis(row / np.linalg.norm(row, axis=0), 0, -1))
     return np.where(q[..., :1] < 0, -q, q)
 
 

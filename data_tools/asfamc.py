@@ -166,8 +166,8 @@ def main(arguments: list[str] | None = None) -> int:
         "--fps",
         type=float,
         default=FPS,
-        help="frames per second; AMC files do not say, and CMU's index names the trials with "
-        "60 (default: %(default)g)",
+        help="frames per second; AMC files do not say, but CMU's index of trials does "
+        "(default: %(default)g)",
     )
     options = parser.parse_args(arguments)
     output = Path(options.output or Path(options.motion).with_suffix(".bvh").name)

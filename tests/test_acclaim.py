@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from data_tools.acclaim import AcclaimError
 from data_tools.amc import AmcMotion, load_amc
@@ -198,3 +200,29 @@ def test_broken_motions_are_refused_with_the_line(tmp_path, text, line, expected
     assert (error.path, error.line) == (str(path), line), str(error)
     assert expected in error.expected
     assert got in error.got
+
+
+@settings(
+    max_examples=400,
+    deadline=None,
+    suppress_health_check=[HealthCheck.function_scoped_fixture],
+)
+@given(st.data())
+def test_nothing_but_acclaim_errors_comes_out_of_damaged_files(tmp_path, data):
+    """Cut bytes out of either file, or put others in, and read both."""
+    files = [ASF.encode(), AMC.encode()]
+    which = data.draw(st.integers(0, 1))
+    start = data.draw(st.integers(0, len(files[which])))
+    cut = data.draw(st.integers(0, 30))
+    junk = data.draw(
+        st.one_of(st.binary(max_size=4), st.sampled_from([b"\n", b" 1", b":", b"end"]))
+    )
+    files[which] = files[which][:start] + junk + files[which][start + cut :]
+    for name, content in zip(("s.asf", "m.amc"), files, strict=True):
+        (tmp_path / name).write_bytes(content)
+    try:
+        motion = load_amc(tmp_path / "m.amc", load_asf(tmp_path / "s.asf"))
+    except AcclaimError:
+        return
+    assert motion.n_frames == len(motion.root_angles_deg)
+    assert all(len(values) == motion.n_frames for values in motion.angles_deg.values())

@@ -31,6 +31,7 @@ def run(path: Path) -> float:
         notebook,
         timeout=300,
         store_widget_state=False,
+        coalesce_streams=True,
         resources={"metadata": {"path": str(path.parent)}},
     ).execute()
     seconds = time.perf_counter() - start

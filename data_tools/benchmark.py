@@ -19,7 +19,6 @@ from __future__ import annotations
 
 import argparse
 import hashlib
-import io
 import json
 import platform
 import sys
@@ -30,38 +29,15 @@ from typing import Any
 import numpy as np
 from tqdm import tqdm
 
-from data_tools.corruptions import CORRUPTIONS, draw_seed
+from data_tools.corruptions import CORRUPTIONS, corrupted_to_bytes, draw_seed
 from mocaplab import __version__
 from mocaplab.datasets import Dataset, clip_digest, load_dataset
 from mocaplab.files import write_atomically
-from mocaplab.motion import Corrupted, Motion
+from mocaplab.motion import Motion
 
 FORMAT = 1
 MANIFEST = "manifest.json"
 DTYPES = ("float32", "float64")
-
-
-def corrupted_to_bytes(corrupted: Corrupted, dtype: str) -> bytes:
-    """Write what was observed, and where, as the bytes of an .npz file.
-
-    They are not compressed: noise hardly shrinks, and other versions of the library that
-    compresses give other bytes.
-    """
-    buffer = io.BytesIO()
-    np.savez(buffer, observed=corrupted.observed.channels.astype(dtype), mask=corrupted.mask)
-    return buffer.getvalue()
-
-
-def read_file(path: Path) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
-    """Read one file of the benchmark.
-
-    Returns
-    -------
-    observed : array, shape (T, C), degrees and file units, NaN in gaps
-    mask : array, shape (T, C), bool, True = observed
-    """
-    with np.load(path, allow_pickle=False) as arrays:
-        return arrays["observed"], arrays["mask"]
 
 
 def settings(dataset: Dataset, seed: int, repetitions: int, dtype: str) -> dict[str, Any]:
@@ -125,21 +101,11 @@ def write_benchmark(
     folder.mkdir(parents=True, exist_ok=True)
     for name in CORRUPTIONS:
         (folder / name).mkdir(exist_ok=True)
+    known = _known_files(folder, manifest)
     files: dict[str, Any] = {}  # by path
-    known: dict[str, Any] = {}
-    if (folder / MANIFEST).exists():
-        there = read_manifest(folder)
-        known = there["files"]
-        differ = [key for key in manifest if there.get(key) != manifest[key]]
-        if differ:
-            raise ValueError(
-                f"{folder} holds a benchmark that differs in {', '.join(differ)}; choose another "
-                f"folder, or take this one away"
-            )
+    todo = list(jobs(dataset, repetitions))
     try:
-        for clip, name, repetition, path in tqdm(
-            list(jobs(dataset, repetitions)), unit="file", disable=None
-        ):
+        for clip, name, repetition, path in tqdm(todo, unit="file", disable=None):
             if path in known and _sha256(folder / path) == known[path]["sha256"]:
                 files[path] = known[path]
                 continue
@@ -155,10 +121,24 @@ def write_benchmark(
                 "sha256": _sha256(folder / path),
             }
     finally:  # an interrupted run leaves a manifest of what it wrote
-        complete = len(files) == len(CORRUPTIONS) * len(dataset) * repetitions
-        manifest |= {"complete": complete, "files": files}
+        manifest |= {"complete": len(files) == len(todo), "files": files}
         write_atomically(folder / MANIFEST, json.dumps(manifest, indent=1) + "\n")
     return manifest
+
+
+def _known_files(folder: Path, manifest: dict[str, Any]) -> dict[str, Any]:
+    """Read what an earlier run wrote, and refuse one with other settings."""
+    if not (folder / MANIFEST).exists():
+        return {}
+    there = read_manifest(folder)
+    differ = [key for key in manifest if there.get(key) != manifest[key]]
+    if differ:
+        raise ValueError(
+            f"{folder} holds a benchmark that differs in {', '.join(differ)}; choose another "
+            f"folder, or take this one away"
+        )
+    files: dict[str, Any] = there["files"]
+    return files
 
 
 def _sha256(path: Path) -> str | None:

@@ -103,7 +103,8 @@ def _row_to_trial(row: Mapping[str, str | None], where: str) -> Trial:
                 f"{where}: expected {column} to be one of {', '.join(known)}, "
                 f"got {values[column]!r}"
             )
-    return Trial(*numbers, values["action"], values["description"], values["basis"])
+    subject, trial = numbers
+    return Trial(subject, trial, values["action"], values["description"], values["basis"])
 
 
 def choose(trials: Sequence[Trial], mix: Mapping[str, int] = PAPER_MIX) -> tuple[Trial, ...]:

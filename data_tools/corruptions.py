@@ -1,10 +1,13 @@
-"""The corruptions of the benchmark, each with a name and all its parameters."""
+"""The corruptions of the benchmark by name, and the files that hold them."""
 
 from __future__ import annotations
 
 import hashlib
+import io
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -46,3 +49,26 @@ def draw_seed(seed: int, digest: str, corruption: str, repetition: int) -> list[
     """Make the numbers that seed one file's random generator."""
     name = hashlib.sha256(f"{digest}/{corruption}".encode()).digest()
     return [seed, repetition, int.from_bytes(name[:8], "big")]
+
+
+def corrupted_to_bytes(corrupted: Corrupted, dtype: str) -> bytes:
+    """Write what was observed, and where, as the bytes of an .npz file.
+
+    They are not compressed: noise hardly shrinks, and other versions of the library that
+    compresses give other bytes.
+    """
+    buffer = io.BytesIO()
+    np.savez(buffer, observed=corrupted.observed.channels.astype(dtype), mask=corrupted.mask)
+    return buffer.getvalue()
+
+
+def read_file(path: Path) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
+    """Read one file of the benchmark.
+
+    Returns
+    -------
+    observed : array, shape (T, C), degrees and file units, NaN in gaps
+    mask : array, shape (T, C), bool, True = observed
+    """
+    with np.load(path, allow_pickle=False) as arrays:
+        return arrays["observed"], arrays["mask"]

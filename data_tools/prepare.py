@@ -7,6 +7,7 @@ CMU clips of known rate, see ``tests/test_prepare.py``):
    recording. It is taken away when it is there: every joint of the first frame is within
    ``REST_DEG`` of no rotation at all, and the step to the second frame, a mean over the
    joints, is at least ``STEP_DEG`` and ``STEP_RATIO`` times the largest of the next ten.
+   The DAZ-friendly files fade from a T-pose over some frames; those are not touched.
 2. *A wrong frame time.* CMU recorded at 120 fps, some takes at 60. A header that says the
    one while the take is the other plays the motion at double or half speed. Gravity and
    the stride show it. In runs, jumps and kicks the hips fall for a moment with 1.1 to

@@ -241,9 +241,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (ValueError, OSError) as error:
         print(f"data_tools.splits: error: {error}", file=sys.stderr)
         return 2
-    if subjects is None:
-        print("no subjects are known: splits by subject are left out")
-    print(f"wrote {options.output}")
+    note = "; no subjects are known, so none by subject" if subjects is None else ""
+    print(f"wrote {options.output}{note}")
     return 0
 
 

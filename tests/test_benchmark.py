@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from data_tools import benchmark
-from data_tools.benchmark import main, read_file, verify, write_benchmark
-from data_tools.corruptions import CORRUPTIONS, draw_seed
+from data_tools.benchmark import main, verify, write_benchmark
+from data_tools.corruptions import CORRUPTIONS, draw_seed, read_file
 from mocaplab.datasets import Dataset
 from mocaplab.files import write_atomically
 

@@ -78,7 +78,7 @@ def test_the_command_writes_splits_by_name(tmp_path, capsys):
         first = out.read_bytes()
         main([source, "-o", str(out), "--seed", "3"])
         assert out.read_bytes() == first
-    assert "no subjects are known" in capsys.readouterr().out
+    assert "no subjects are known, so none by subject" in capsys.readouterr().out
 
 
 def test_a_folder_is_read_from_its_list(tmp_path):

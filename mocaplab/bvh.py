@@ -107,29 +107,37 @@ def _read_frames(reader: Lines, n_frames: int, n_channels: int) -> FloatArray:
 
     Where lines break does not matter as long as the number of values is right.
     """
+    if n_frames * n_channels > len(reader.text) - reader.start:  # never allocate what is not there
+        raise _frames_error(reader, n_frames, n_channels)
+    values = np.empty((n_frames, n_channels))
     try:
-        values = _parse_numbers(reader.text, reader.start, n_frames * n_channels)
+        _parse_numbers(reader.text, reader.start, values.reshape(-1))
     except ValueError:
         raise _frames_error(reader, n_frames, n_channels) from None
-    return values.reshape(n_frames, n_channels)
+    values.flags.writeable = False  # so that Motion need not copy it
+    return values
 
 
 _BLOCK = 1 << 15  # characters parsed at once: a block and all copies of it stay in the cache
 _BLANKS_TO_COMMAS = bytes.maketrans(b" \t\n", b",,,")
 
 
-def _parse_numbers(text: str, start: int, count: int) -> FloatArray:
+def _parse_numbers(text: str, start: int, values: FloatArray) -> None:
     """Turn the words of a text from start on into numbers, bit for bit as ``float`` does.
+
+    Parameters
+    ----------
+    values : array, shape (N,), to be filled
 
     Raises
     ------
     ValueError
-        If a word is no finite number, or there are more or fewer words than count.
+        If a word is no finite number, or there are more or fewer than N words.
     """
-    if count > len(text) - start or text.find("_", start) >= 0:  # float("1_0") is 10
-        raise ValueError("too short a text, or a word that only Python takes for a number")
+    if text.find("_", start) >= 0:  # float("1_0") is 10
+        raise ValueError("a word that only Python takes for a number")
     parser = simdjson.Parser()
-    values, done = np.empty(count), 0
+    done = 0
     while start < len(text):
         end = text.find("\n", start + _BLOCK)  # a block ends where a line does
         end = len(text) if end < 0 else end
@@ -139,9 +147,8 @@ def _parse_numbers(text: str, start: int, count: int) -> FloatArray:
             part = np.fromiter(map(float, block.split()), dtype=np.float64)
         values[done : done + len(part)] = part  # fails if the part does not fit any more
         done, start = done + len(part), end + 1
-    if done != count or not np.isfinite(values).all():
+    if done != len(values) or not np.isfinite(values).all():
         raise ValueError("too few words, or one that is not finite")
-    return values
 
 
 def _parse_as_json(parser: simdjson.Parser, block: str) -> FloatArray | None:

@@ -6,7 +6,7 @@ exercise has not been tried yet.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -43,7 +43,7 @@ def check_noisiest_joint(answer: str | None, clip: Corrupted) -> str:
     )
 
 
-def check_rms(answer: Callable[[Motion, Motion], float] | None, clip: Corrupted) -> str:
+def check_rms(answer: Any, clip: Corrupted) -> str:
     """Check a hand-made RMS over all joint angles but the root's."""
     if answer is None:
         return NOT_YET
@@ -85,7 +85,7 @@ def check_rms(answer: Callable[[Motion, Motion], float] | None, clip: Corrupted)
     return f"You got {got:.6g}. Subtract, square, take the mean, take the square root."
 
 
-def check_gaussian_width(answer_s: float | None, clip: Corrupted) -> str:
+def check_gaussian_width(answer_s: Any, clip: Corrupted) -> str:
     """Check a hand-tuned Gaussian width: within 2 % of the smallest error there is."""
     if answer_s is None:
         return NOT_YET

@@ -32,7 +32,11 @@ CONSTANT_STD_DEG = 1e-3
 
 
 def _frozen(values: ArrayLike, dtype: type[Scalar]) -> NDArray[Scalar]:
-    """Return a read-only copy that nobody else can write to."""
+    """Return a read-only array: a copy, unless the array is already read-only for everybody."""
+    if isinstance(values, np.ndarray) and values.dtype == dtype:
+        owned = values.base is None and values.flags.c_contiguous
+        if owned and not values.flags.writeable:
+            return values
     array: NDArray[Scalar] = np.array(values, dtype=dtype)
     array.flags.writeable = False
     return array

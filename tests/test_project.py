@@ -69,6 +69,8 @@ def test_environment_and_pyproject_agree():
     wanted["python"] = project["requires-python"]
     listed = yaml.safe_load((ROOT / "environment.yml").read_text())["dependencies"]
     found = ranges(text for text in listed if isinstance(text, str) and text != "pip")
+    by_pip = next(entry["pip"] for entry in listed if isinstance(entry, dict))
+    found |= ranges(text for text in by_pip if text != "-e .")
     assert found == wanted
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from mocaplab.evaluation import rms_all_deg, rms_moving_deg
 from mocaplab.filters import gaussian_filter
-from mocaplab.motion import Corrupted, FloatArray, Motion
+from mocaplab.motion import Corrupted, FloatArray
 
 NOT_YET = "Not answered yet: put your answer in the cell above and run both cells."
 
@@ -34,7 +34,7 @@ def check_noisiest_joint(answer: str | None, clip: Corrupted) -> str:
     if place == 1:
         return f"Right: {answer} has {rms[answer]:.1f} degrees of noise, more than any other joint."
     if place == 2:
-        return f"Almost: {answer} has the second most noise. Look at the other side of the body."
+        return f"Almost: {answer} has the second most noise; one joint has a little more."
     if rms[answer] == 0:
         return f"{answer} got no noise at all. Noise grows with movement: which joint moves most?"
     return (

@@ -14,6 +14,7 @@ import torch
 from safetensors.torch import save
 from tqdm.auto import tqdm
 
+from mocaplab.batches import Batch, Windows
 from mocaplab.checkpoints import (
     Checkpoint,
     CheckpointError,
@@ -22,7 +23,7 @@ from mocaplab.checkpoints import (
     tensors_under,
 )
 from mocaplab.corruption import corrupt
-from mocaplab.datasets import Batch, Windows, clip_digest
+from mocaplab.datasets import clip_digest
 from mocaplab.files import write_atomically
 from mocaplab.filters import tune_gaussian
 from mocaplab.motion import CONSTANT_STD_DEG, BoolArray, Motion, moving_channels

@@ -28,7 +28,7 @@ LAYERS = [
     ["movement", "retargeting", "torch_kinematics"],
     ["corruption", "filters", "normalization", "networks", "foot_placement", "doctor"],
     ["synthesis"],
-    ["datasets", "evaluation", "checkpoints"],
+    ["datasets", "batches", "evaluation", "checkpoints"],
     ["training", "cleaning", "plotting", "exercises"],
     ["widgets"],
     ["commands"],

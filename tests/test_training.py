@@ -9,8 +9,8 @@ from safetensors import safe_open
 from safetensors.torch import load_file, save_file
 
 from mocaplab import training
+from mocaplab.batches import Windows
 from mocaplab.checkpoints import CheckpointError
-from mocaplab.datasets import Windows
 from mocaplab.networks import EBF, EBFConfig
 from mocaplab.training import TrainConfig, train
 

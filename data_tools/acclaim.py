@@ -8,21 +8,11 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from mocaplab.files import FormatError
 
-class AcclaimError(ValueError):
-    """An ASF or AMC file that is not correct, or not of the kind that CMU writes.
 
-    Attributes
-    ----------
-    path : str
-    line : int or None, counted from 1; None when the whole file is meant
-    expected, got : str
-    """
-
-    def __init__(self, path: str | os.PathLike[str], line: int | None, expected: str, got: str):
-        self.path, self.line, self.expected, self.got = str(path), line, expected, got
-        where = self.path if line is None else f"{self.path}:{line}"
-        super().__init__(f"{where}: expected {expected}, got {got}")
+class AcclaimError(FormatError):
+    """An ASF or AMC file that is not correct, or not of the kind that CMU writes."""
 
 
 @dataclass(frozen=True)

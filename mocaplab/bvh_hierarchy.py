@@ -12,25 +12,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mocaplab.files import FormatError
 from mocaplab.motion import CHANNEL_NAMES, Skeleton
 
 _CHANNEL_SPELLING = {name.lower(): name for name in CHANNEL_NAMES}
 
 
-class BVHError(ValueError):
-    """A file that is not a correct BVH file.
-
-    Attributes
-    ----------
-    path : str
-    line : int or None, counted from 1; None when the whole file is meant
-    expected, got : str
-    """
-
-    def __init__(self, path: str | os.PathLike[str], line: int | None, expected: str, got: str):
-        self.path, self.line, self.expected, self.got = str(path), line, expected, got
-        where = self.path if line is None else f"{self.path}:{line}"
-        super().__init__(f"{where}: expected {expected}, got {got}")
+class BVHError(FormatError):
+    """A file that is not a correct BVH file."""
 
 
 class Lines:

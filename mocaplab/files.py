@@ -1,10 +1,26 @@
-"""Write files so that nobody ever sees half of one."""
+"""Files: an error that names the line, and writing so that nobody ever sees half of one."""
 
 from __future__ import annotations
 
 import os
 import tempfile
 from pathlib import Path
+
+
+class FormatError(ValueError):
+    """A file that does not keep to its format.
+
+    Attributes
+    ----------
+    path : str
+    line : int or None, counted from 1; None when the whole file is meant
+    expected, got : str
+    """
+
+    def __init__(self, path: str | os.PathLike[str], line: int | None, expected: str, got: str):
+        self.path, self.line, self.expected, self.got = str(path), line, expected, got
+        where = self.path if line is None else f"{self.path}:{line}"
+        super().__init__(f"{where}: expected {expected}, got {got}")
 
 
 def check_writable(path: str | os.PathLike[str]) -> None:

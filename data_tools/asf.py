@@ -105,7 +105,6 @@ def _read_root_order(lines: list[Line]) -> str:
     """Read the order of the root's turns; its place and its axes at rest must be zero."""
     fields = fields_of(lines[0], lines[1:], ("order", "axis", "position", "orientation"))
     order = tuple(word.upper() for word in fields["order"].words[1:])
-    turns = "".join(word[1] for word in order[3:])
     if order[:3] != ("TX", "TY", "TZ") or order[3:] not in [
         tuple("R" + letter for letter in turn) for turn in ORDERS
     ]:
@@ -116,7 +115,7 @@ def _read_root_order(lines: list[Line]) -> str:
     for key in ("position", "orientation"):
         if any(fields[key].three_numbers(fields[key].words[1:])):
             raise fields[key].error(f"{key} 0 0 0, as in CMU's files")
-    return turns
+    return "".join(word[1] for word in order[3:])
 
 
 def _depth_first(lines: list[Line], bones: dict[str, Bone]) -> tuple[Bone, ...]:

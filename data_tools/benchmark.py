@@ -88,26 +88,20 @@ def write_benchmark(
     ValueError
         If the folder holds a benchmark with other settings, or repetitions is below 1.
     """
-    if (
-        repetitions < 1
-        or dtype not in DTYPES
-        or len({c.name for c in dataset.clips}) < len(dataset)
-    ):
+    if repetitions < 1 or seed < 0 or dtype not in DTYPES:
         raise ValueError(
-            f"expected at least one repetition, a dtype of {' or '.join(DTYPES)} and clips of "
-            f"different names, got {repetitions}, {dtype} and {len(dataset)} clips"
+            f"expected at least one repetition, a seed of 0 or more and a dtype of "
+            f"{' or '.join(DTYPES)}, got {repetitions}, {seed} and {dtype}"
         )
     manifest = settings(dataset, seed, repetitions, dtype)
-    folder.mkdir(parents=True, exist_ok=True)
-    for name in CORRUPTIONS:
-        (folder / name).mkdir(exist_ok=True)
     known = _known_files(folder, manifest)
-    files: dict[str, Any] = {}  # by path
+    for name in CORRUPTIONS:
+        (folder / name).mkdir(parents=True, exist_ok=True)
     todo = list(jobs(dataset, repetitions))
+    files = {path: known[path] for *_, path in todo if path in known}  # by path
     try:
         for clip, name, repetition, path in tqdm(todo, unit="file", disable=None):
-            if path in known and _sha256(folder / path) == known[path]["sha256"]:
-                files[path] = known[path]
+            if path in files and _sha256(folder / path) == files[path]["sha256"]:
                 continue
             entropy = draw_seed(seed, manifest["clips"][clip.name]["digest"], name, repetition)
             corrupted = CORRUPTIONS[name](clip, rng=np.random.default_rng(entropy))
@@ -159,9 +153,16 @@ def read_manifest(folder: Path) -> dict[str, Any]:
         manifest = json.loads(path.read_text(encoding="utf-8"))
     except ValueError:
         manifest = None
-    if not isinstance(manifest, dict) or not isinstance(manifest.get("files"), dict):
+    files = manifest.get("files") if isinstance(manifest, dict) else None
+    if not (
+        isinstance(files, dict)
+        and isinstance(manifest.get("clips"), dict)
+        and all(isinstance(f, dict) and isinstance(f.get("sha256"), str) for f in files.values())
+        and all(isinstance(c, dict) and "digest" in c for c in manifest["clips"].values())
+    ):
         raise ValueError(f"{path}: expected the manifest of a benchmark, got something else")
-    return manifest
+    found: dict[str, Any] = manifest
+    return found
 
 
 def verify(folder: Path, dataset: Dataset | None = None) -> list[str]:
@@ -172,7 +173,8 @@ def verify(folder: Path, dataset: Dataset | None = None) -> list[str]:
     list of str, one for everything that is wrong
     """
     manifest = read_manifest(folder)
-    wrong = [] if manifest.get("complete") else ["not complete: give the same command again"]
+    whole = manifest.get("complete") and manifest["files"]
+    wrong = [] if whole else ["not complete: give the same command again"]
     for path, file in manifest["files"].items():
         digest = _sha256(folder / path)
         if digest != file["sha256"]:

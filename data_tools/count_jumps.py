@@ -11,6 +11,7 @@ must be 0, and positions must stay: then what is left is in the data, not in the
 
 from __future__ import annotations
 
+import argparse
 import sys
 from collections.abc import Sequence
 from dataclasses import astuple, dataclass
@@ -83,12 +84,18 @@ def _largest(steps: FloatArray) -> FloatArray:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Print the counts of every BVH file in a folder and below; 1 if any could be better."""
-    folders = sys.argv[1:] if arguments is None else list(arguments)
-    if len(folders) != 1 or not Path(folders[0]).is_dir():
-        print("usage: python -m data_tools.count_jumps FOLDER", file=sys.stderr)
-        return 2
-    folder = Path(folders[0])
-    rows = [(path, count_jumps(load_bvh(path))) for path in sorted(folder.rglob("*.bvh"))]
+    parser = argparse.ArgumentParser(
+        prog="python -m data_tools.count_jumps", description=(__doc__ or "").splitlines()[0]
+    )
+    parser.add_argument("folder", type=Path, help="a folder of BVH files; folders below count too")
+    folder = parser.parse_args(arguments).folder
+    if not folder.is_dir():
+        parser.error(f"{folder} is not a folder")
+    paths = sorted(path for path in folder.rglob("*.bvh") if path.is_file())
+    try:
+        rows = [(path, count_jumps(load_bvh(path))) for path in paths]
+    except (ValueError, OSError) as error:
+        parser.error(str(error))
     print(f"{'file':32}{'before':>8}{'after':>8}{'removable':>11}  position change")
     for path, jumps in rows:
         if jumps.before:

@@ -134,7 +134,9 @@ def report(trials: Sequence[Trial], failed: dict[str, str], source: str, folder:
     there = f"{len(trials) - len(failed)} of {len(trials)} clips are in {folder}"
     if not failed:
         return f'{there}; read them with load_dataset("cmu", "{folder}")'
-    lines = [f"{clip}: {why}" for clip, why in failed.items()]
+    lines = [f"{clip}: {why}" for clip, why in failed.items() if why != "not tried"]
+    if untried := list(failed.values()).count("not tried"):
+        lines.append(f"{untried} further clips: not tried")
     lines += [there + "; the same command again fetches only what is missing"]
     if "not tried" in failed.values() or any(": not reached" in why for why in failed.values()):
         other = "asfamc" if source == "bvh" else "bvh"
@@ -192,10 +194,10 @@ def _parser() -> argparse.ArgumentParser:
     add("--actions", nargs="+", choices=list(PAPER_MIX), help="only these (default: all five)")
     add("--limit", type=_count, metavar="N", help="at most N clips of every action")
     add("--all", action="store_true", help="all that the catalogue lists, not only the mix")
-    add("--base-url", metavar="URL", help="another server with the same layout")
+    add("--base-url", type=_url, metavar="URL", help="another server with the same layout")
     add("--pause", type=_seconds, metavar="S", help="seconds between files (0.2; asfamc 1)")
     add("--wait", type=_seconds, default=2.0, metavar="S", help="before a second try (default: 2)")
-    add("--timeout", type=_seconds, default=30.0, metavar="S", help="of silence (default: 30)")
+    add("--timeout", type=_some_seconds, default=30.0, metavar="S", help="of silence (default: 30)")
     return parser
 
 
@@ -213,6 +215,19 @@ def _seconds(text: str) -> float:
     if not 0 <= seconds < 3600:
         raise argparse.ArgumentTypeError(f"must be seconds from 0 to 3600, got {text!r}")
     return seconds
+
+
+def _some_seconds(text: str) -> float:
+    if _seconds(text) == 0:
+        raise argparse.ArgumentTypeError("must be above 0 seconds")
+    return _seconds(text)
+
+
+def _url(text: str) -> str:
+    parts = urlsplit(text)
+    if parts.scheme not in ("http", "https") or not parts.netloc:
+        raise argparse.ArgumentTypeError(f"must begin with http:// or https://, got {text!r}")
+    return text
 
 
 if __name__ == "__main__":

@@ -173,6 +173,8 @@ class ClipFolder:
         try:
             record = json.loads(self.record.read_text(encoding="utf-8"))
             source, checksums, clips = record["source"], record["files"], record["clips"]
+            if not (isinstance(checksums, dict) and isinstance(clips, dict)):
+                raise TypeError
         except (ValueError, KeyError, TypeError):
             raise ValueError(
                 f"{self.record}: expected JSON with source, files and clips; take the file away "

@@ -197,10 +197,18 @@ def read_clips(source: str) -> tuple[list[str], list[str], list[int] | None]:
         names, actions = [t.clip for t in trials], [t.action for t in trials]
         return names, actions, [t.subject for t in trials]
     path = Path(source) / "clips.csv"
-    with open(path, newline="", encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
+    try:
+        with open(path, newline="", encoding="utf-8-sig") as file:
+            rows = list(csv.DictReader(file))
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise ValueError(f"{path}: expected a CSV file in UTF-8 ({error})") from None
     if not rows or not {"clip", "action"} <= set(rows[0]):
         raise ValueError(f"{path}: expected the columns clip and action, and a line a clip")
+    for number, row in enumerate(rows, start=2):
+        if not row["clip"] or not row["action"]:
+            raise ValueError(f"{path}:{number}: expected a clip and its action")
+    if len({row["clip"] for row in rows}) < len(rows):
+        raise ValueError(f"{path}: expected every clip once")
     found = [row.get("subject") or row["clip"].split("_")[0] for row in rows]
     subjects = [int(s) for s in found if re.fullmatch(r"[0-9]+", s)]
     names, actions = [row["clip"] for row in rows], [row["action"] for row in rows]

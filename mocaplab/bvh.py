@@ -97,7 +97,7 @@ def _read_count(reader: Lines) -> int:
 def _read_frame_time(reader: Lines) -> float:
     value = _read_field(reader, "Frame Time", "a number of seconds")
     frame_time = to_number(reader, value)
-    if frame_time <= 0:
+    if frame_time < 1e-9:
         raise reader.error("a frame time above 0", value)
     return frame_time
 
@@ -170,7 +170,7 @@ def _parse_as_json(parser: simdjson.Parser, block: str) -> FloatArray | None:
             # Not a variable: the parser refuses its next task while somebody holds its last.
             buffer = cast(simdjson.Array, parser.parse(array)).as_buffer(of_type="d")
             return np.frombuffer(buffer, dtype=np.float64)
-        except (ValueError, TypeError):
+        except (ValueError, TypeError, RuntimeError):  # the last: a whole number of many digits
             continue
     return None
 
@@ -178,8 +178,9 @@ def _parse_as_json(parser: simdjson.Parser, block: str) -> FloatArray | None:
 def _has_minus_zero(array: bytes) -> bool:
     """Tell whether there is a word -0: it is whole to JSON and would lose its sign."""
     text = np.frombuffer(array, dtype=np.uint8)  # much faster than b"-0," in array
-    minus, zero, comma = text == ord("-"), text == ord("0"), text == ord(",")
-    return bool((minus[:-2] & zero[1:-1] & comma[2:]).any()) or array.endswith(b"-0]")
+    minus, zero = text == ord("-"), text == ord("0")
+    ends = (text == ord(",")) | (text == ord("\r")) | (text == ord("]"))
+    return bool((minus[:-2] & zero[1:-1] & ends[2:]).any())
 
 
 def _frames_error(reader: Lines, n_frames: int, n_channels: int) -> BVHError:

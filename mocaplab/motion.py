@@ -213,7 +213,7 @@ class Motion:
         shape = self.channels.shape
         if len(shape) != 2 or shape[1] != self.skeleton.n_channels or shape[0] == 0:
             raise ValueError(f"motion {self.name!r}: channels must be {expected}, got {shape}")
-        if not (np.isfinite(self.frame_time) and self.frame_time > 0):
+        if not 1e-9 <= self.frame_time < np.inf:
             raise ValueError(
                 f"motion {self.name!r}: frame time must be positive, got {self.frame_time}"
             )

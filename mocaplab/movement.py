@@ -217,8 +217,10 @@ def foot_contacts(
     Raises
     ------
     ValueError
-        If the skeleton has no feet, or there are fewer than three frames.
+        If the skeleton has no feet, there are fewer than three frames, or a sample is NaN.
     """
+    if np.isnan(motion.channels).any():
+        raise ValueError(f"motion {motion.name!r} has gaps (NaN); fill them first")
     points = foot_points(motion)[:, :, 1:]  # (T, 2, 2, 3): the heel leaves the floor first
     speed_cm_s = np.linalg.norm(velocities(points, motion.frame_time), axis=-1) * cm_per_unit
     if floor is None:

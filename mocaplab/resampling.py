@@ -98,10 +98,12 @@ def resample(motion: Motion, fps: float) -> Motion:
     Raises
     ------
     ValueError
-        If fps is not above 0 and finite.
+        If fps is not above 0, or beyond all use.
     """
-    if not 0 < fps < np.inf:
-        raise ValueError(f"motion {motion.name!r}: expected fps above 0, got {fps}")
+    if not 0 < fps <= 1e6 or fps * motion.duration_s > 1e9 or fps < 1e-6:
+        raise ValueError(
+            f"motion {motion.name!r}: expected fps above 0 and at most a million, got {fps}"
+        )
     fps = nominal_fps(fps, 2e-6)  # tells 29.97 from 30000/1001, and nothing else
     times = sample_times(motion.n_frames, nominal_fps(motion.fps), fps)
     before = np.floor(times).astype(np.int64)

@@ -53,7 +53,7 @@ def check_rest_poses(
         if lengths == 0:
             continue  # a joint on top of another points nowhere
         angle = np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b))
-        if angle > tolerance_deg:
+        if not angle <= tolerance_deg:
             raise ValueError(
                 f"the rest poses differ: from {target.joint_names[above]!r} to "
                 f"{target.joint_names[joint]!r} the target points {angle:.0f} degrees away from "

@@ -41,6 +41,8 @@ def axis_angle_to_matrix(axis: str, angle_rad: ArrayLike) -> FloatArray:
     -------
     array, shape (..., 3, 3)
     """
+    if axis not in ("X", "Y", "Z"):
+        raise ValueError(f"expected the axis X, Y or Z, got {axis!r}")
     angle = np.asarray(angle_rad, dtype=np.float64)
     i = "XYZ".index(axis)
     j, k = (i + 1) % 3, (i + 2) % 3
@@ -107,7 +109,9 @@ def matrix_to_euler(matrix: ArrayLike, order: str) -> FloatArray:
     -------
     array, shape (..., 3), degrees
     """
-    return _matrix_to_euler(as_matrix(matrix), order)
+    checked = as_matrix(matrix)
+    unknown = np.isnan(checked.sum(axis=-1).sum(axis=-1, keepdims=True))  # (..., 1)
+    return np.where(unknown, np.nan, _matrix_to_euler(checked, order))
 
 
 def _matrix_to_euler(m: FloatArray, order: str) -> FloatArray:

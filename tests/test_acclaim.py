@@ -139,6 +139,7 @@ ASF_ERRORS = [
     (ASF.replace("position 0 0 0", "position 0 1 0"), 13, "position 0 0 0", "0 1 0"),
     (ASF.replace("position 0 0 0", "position 0 0"), 13, "three numbers", "'position 0 0'"),
     (ASF.replace("TX TY TZ RX", "TY TX TZ RX"), 11, "order TX TY TZ", "TY TX"),
+    (ASF.replace("TX TY TZ RX RY RZ", "TX TY TZ RX RY R"), 11, "order TX TY TZ", "RY R"),
     (ASF.replace("   axis XYZ", "   axis XYX"), 12, "an order such as XYZ", "'axis XYX'"),
     (ASF.replace("name arm", "name hip"), 23, "a new name", "'hip'"),
     (ASF.replace("name arm", "name left arm"), 25, "one word", "left arm"),

@@ -148,3 +148,35 @@ def test_the_command(few, tmp_path, capsys, monkeypatch):
     with pytest.raises(SystemExit) as stop:
         main(["-o", out])
     assert stop.value.code == 2
+
+
+def test_a_refused_seed_leaves_no_folder(few, tmp_path):
+    with pytest.raises(ValueError, match="seed of 0 or more"):
+        write_benchmark(few, tmp_path / "b", seed=-1, repetitions=1)
+    assert not (tmp_path / "b").exists()
+
+
+def test_an_interrupted_rerun_keeps_what_was_known(few, tmp_path, monkeypatch):
+    write_benchmark(few, tmp_path, seed=0, repetitions=1)
+    hashes = iter(range(3))
+
+    def stop_soon(path):
+        if next(hashes, None) is None:
+            raise KeyboardInterrupt
+        return original(path)
+
+    original = benchmark._sha256
+    monkeypatch.setattr(benchmark, "_sha256", stop_soon)
+    with pytest.raises(KeyboardInterrupt):
+        write_benchmark(few, tmp_path, seed=0, repetitions=1)
+    monkeypatch.undo()
+    assert verify(tmp_path) == []
+
+
+@pytest.mark.parametrize(
+    "text", ['{"files": {"a": 1}}', '{"files": {"a": {}}, "complete": true}', "[]"]
+)
+def test_a_damaged_manifest_is_refused(tmp_path, text):
+    (tmp_path / "manifest.json").write_text(text)
+    with pytest.raises(ValueError, match="expected the manifest"):
+        verify(tmp_path)

@@ -501,3 +501,25 @@ def test_a_motion_in_columns_is_written_in_rows(small_motion, tmp_path):
     turned = small_motion.with_channels(np.asfortranarray(small_motion.channels))
     save_bvh(turned, tmp_path / "turned.bvh")
     same(load_bvh(tmp_path / "turned.bvh"), small_motion)
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+@pytest.mark.parametrize(
+    "word", ["99999999999999999999999", str(-(2**63) - 1), str(2**64), "-0", "-0.0", "1e-320"]
+)
+def test_words_that_parsers_of_json_treat_in_their_own_way(tmp_path, word, end):
+    """Long whole numbers, and the sign of zero, wherever in a line the word stands."""
+    head, _ = PLAIN.split("1 2 3 4")
+    text = head + f"{word} 2 3 {word}\n5 {word} 7 8\n"
+    (tmp_path / "a.bvh").write_bytes(text.replace("\n", end).encode())
+    channels = load_bvh(tmp_path / "a.bvh").channels
+    expected = np.array([[float(word), 2, 3, float(word)], [5, float(word), 7, 8]])
+    np.testing.assert_array_equal(channels, expected)
+    np.testing.assert_array_equal(np.signbit(channels), np.signbit(expected))
+
+
+@pytest.mark.parametrize("word", ["9" * 400, "1e400"])
+def test_a_number_beyond_all_numbers_is_refused(tmp_path, word):
+    (tmp_path / "a.bvh").write_text(PLAIN.replace("5 6 7 8", f"5 6 {word} 8"))
+    with pytest.raises(BVHError, match=r"a\.bvh:20: expected a finite number"):
+        load_bvh(tmp_path / "a.bvh")

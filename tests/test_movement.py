@@ -205,3 +205,10 @@ def test_real_walks_stand_as_long(data_dir, name):
     contacts = foot_contacts(load_bvh(data_dir / "cmu" / f"{name}.bvh"))
     assert np.all((contacts.mean(axis=0) > 0.45) & (contacts.mean(axis=0) < 0.75))
     assert contacts.any(axis=1).mean() > 0.95
+
+
+def test_foot_contacts_refuse_gaps(walk):
+    channels = walk.channels.copy()
+    channels[50, 10] = np.nan
+    with pytest.raises(ValueError, match="fill them first"):
+        foot_contacts(walk.with_channels(channels))

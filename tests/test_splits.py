@@ -94,3 +94,18 @@ def test_the_command_refuses_what_is_no_list(tmp_path, capsys):
     (tmp_path / "clips.csv").write_text("name\nx\n")
     assert main([str(tmp_path), "-o", out]) == 2
     assert "expected the columns clip and action" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("1_walk,walk,1", "every clip once"),
+        (",walk,1", "a clip and its action"),
+        ("x", "a clip and its action"),
+    ],
+)
+def test_a_list_with_a_bad_line_is_refused(tmp_path, capsys, line, words):
+    path = tmp_path / "clips.csv"
+    path.write_text(f"clip,action,frames\n1_walk,walk,1\n{line}\n")
+    assert main([str(tmp_path), "-o", str(tmp_path / "out.json")]) == 2
+    assert words in capsys.readouterr().err

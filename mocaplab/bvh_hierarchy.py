@@ -22,23 +22,35 @@ class BVHError(FormatError):
     """A file that is not a correct BVH file."""
 
 
+def _lines_of(text: str) -> Iterator[str]:
+    """List the lines of a text, a block at a time: nobody asks for most of them."""
+    start = 0
+    while start < len(text):
+        end = text.find("\n", start + 4096)
+        if end < 0:
+            yield from text[start:].removesuffix("\n").split("\n")
+            return
+        yield from text[start:end].split("\n")
+        start = end + 1
+
+
 class Lines:
     """The lines of a file, one at a time, blank ones passed over."""
 
     def __init__(self, path: str | os.PathLike[str], text: str):
         self.path, self.text = path, text
+        self._lines = _lines_of(text)
         self.start = 0  # where the next line begins in text
         self.line = ""  # the line read last
         self.number = 0  # and its number, counted from 1
 
     def next(self, expected: str) -> list[str]:
         """Return the words of the next line that is not blank."""
-        while self.start < len(self.text):
-            end = self.text.find("\n", self.start)
-            end = len(self.text) if end < 0 else end
-            self.line = self.text[self.start : end]
-            self.start, self.number = end + 1, self.number + 1
-            if words := self.line.split():
+        for line in self._lines:
+            self.line = line
+            self.start += len(line) + 1
+            self.number += 1
+            if words := line.split():
                 return words
         raise self.error(expected, "the end of the file")
 
@@ -192,10 +204,10 @@ def _read_channels(reader: Lines, words: list[str]) -> tuple[str, ...]:
     names = words[2:]
     if len(words) < 2 or not is_count(words[1]) or int(words[1]) != len(names):
         raise reader.error("CHANNELS, a count and as many names", quote(words))
-    for name in names:
-        if name.lower() not in _CHANNEL_SPELLING:
-            raise reader.error(f"one of {', '.join(CHANNEL_NAMES)}", repr(name))
-    channels = tuple(_CHANNEL_SPELLING[name.lower()] for name in names)
+    channels = tuple([_CHANNEL_SPELLING.get(name.lower(), "") for name in names])
+    if "" in channels:
+        unknown = names[channels.index("")]
+        raise reader.error(f"one of {', '.join(CHANNEL_NAMES)}", repr(unknown))
     if len(set(channels)) != len(channels):
         raise reader.error("every channel once", quote(words))
     return channels

@@ -18,7 +18,6 @@ seed gives the same bytes with the same versions of numpy and mocaplab.
 from __future__ import annotations
 
 import argparse
-import hashlib
 import json
 import platform
 import sys
@@ -30,6 +29,7 @@ import numpy as np
 from tqdm import tqdm
 
 from data_tools.corruptions import CORRUPTIONS, corrupted_to_bytes, draw_seed
+from data_tools.fetching import sha256
 from mocaplab import __version__
 from mocaplab.datasets import Dataset, clip_digest, load_dataset
 from mocaplab.files import write_atomically
@@ -137,7 +137,7 @@ def _known_files(folder: Path, manifest: dict[str, Any]) -> dict[str, Any]:
 
 def _sha256(path: Path) -> str | None:
     """Return the SHA-256 of a file, None if there is no file."""
-    return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else None
+    return sha256(path) if path.is_file() else None
 
 
 def read_manifest(folder: Path) -> dict[str, Any]:

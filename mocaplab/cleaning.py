@@ -10,7 +10,8 @@ import numpy as np
 import torch
 
 from mocaplab.checkpoints import Checkpoint, load_checkpoint
-from mocaplab.filters import filter_motion, lerp_gaps
+from mocaplab.filters import filter_motion
+from mocaplab.gap_filling import lerp_gaps
 from mocaplab.motion import BoolArray, FloatArray, Motion, moving_channels
 from mocaplab.movement import jitter, root_angular_velocity
 from mocaplab.networks import adaptive_gaussian

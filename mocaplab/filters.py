@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mocaplab.euler import motion_continuity
+from mocaplab.gap_filling import lerp_gaps
 from mocaplab.motion import BoolArray, Corrupted, FloatArray, Motion, moving_channels
 
 SIGMA_GRID_S = np.round(np.geomspace(0.004, 0.25, 37), 4)
@@ -32,27 +33,6 @@ class Denoiser(Protocol):
             True where a sample was observed.
         """
         ...
-
-
-def lerp_gaps(motion: Motion) -> Motion:
-    """Fill gaps (NaN) by straight lines between their ends.
-
-    A gap at the start or the end of the clip is filled with the nearest observed value.
-
-    Raises
-    ------
-    ValueError
-        If a channel was never observed; the message names it.
-    """
-    channels = motion.channels.copy()
-    frames = np.arange(len(channels))
-    for channel in np.flatnonzero(np.isnan(channels).any(axis=0)):
-        observed = ~np.isnan(channels[:, channel])
-        if not observed.any():
-            label = motion.skeleton.channel_labels[channel]
-            raise ValueError(f"channel {label} was never observed, so its gaps cannot be filled")
-        channels[:, channel] = np.interp(frames, frames[observed], channels[observed, channel])
-    return motion.with_channels(channels)
 
 
 def gaussian_filter(values: ArrayLike, sigma_s: ArrayLike, frame_time: float) -> FloatArray:

@@ -9,7 +9,6 @@ from mocaplab.filters import (
     SIGMA_GRID_S,
     GaussianDenoiser,
     gaussian_filter,
-    lerp_gaps,
     tune_gaussian,
 )
 from mocaplab.motion import moving_channels
@@ -52,24 +51,6 @@ def test_width_in_seconds_does_not_depend_on_the_frame_rate():
 def test_gaussian_refuses_nonsense(sigma):
     with pytest.raises(ValueError, match="sigma must be 0 or more"):
         gaussian_filter(np.zeros((5, 1)), sigma, FRAME_TIME)
-
-
-def test_lerp_draws_straight_lines_and_holds_at_the_ends(walk):
-    channels = walk.channels.copy()
-    column = walk.skeleton.channel_index("LeftLeg.Xrotation")
-    channels[:3, column] = np.nan
-    channels[10:14, column] = np.nan
-    filled = lerp_gaps(walk.with_channels(channels)).channels[:, column]
-    line = np.linspace(walk.channels[9, column], walk.channels[14, column], 6)
-    np.testing.assert_allclose(filled[9:15], line)
-    np.testing.assert_array_equal(filled[:3], walk.channels[3, column])
-
-
-def test_lerp_names_a_channel_that_was_never_observed(walk):
-    channels = walk.channels.copy()
-    channels[:, walk.skeleton.channel_index("LeftLeg.Xrotation")] = np.nan
-    with pytest.raises(ValueError, match=r"LeftLeg\.Xrotation was never observed"):
-        lerp_gaps(walk.with_channels(channels))
 
 
 def test_denoiser_smooths_across_a_wrap_and_keeps_the_files_convention(walk):

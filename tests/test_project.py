@@ -24,7 +24,7 @@ LAYERS = [
     ["files", "motion"],
     ["quaternions", "euler", "findings", "bvh_hierarchy"],
     ["rotations"],
-    ["bvh", "kinematics", "motion_model", "resampling", "rest_pose", "poses"],
+    ["bvh", "kinematics", "gap_filling", "motion_model", "resampling", "rest_pose", "poses"],
     ["movement", "retargeting", "torch_kinematics"],
     ["corruption", "filters", "normalization", "networks", "foot_placement", "doctor"],
     ["synthesis"],

@@ -21,7 +21,7 @@ TOOLS = sorted((ROOT / "data_tools").glob("*.py"))
 
 # Each module may import only modules that stand on a line above its own.
 LAYERS = [
-    ["files", "motion"],
+    ["files", "motion", "splits"],
     ["quaternions", "euler", "findings", "bvh_hierarchy"],
     ["rotations"],
     ["bvh", "kinematics", "gap_filling", "motion_model", "resampling", "rest_pose", "poses"],

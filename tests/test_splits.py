@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 from data_tools.catalogue import choose, load_catalogue
-from data_tools.splits import (
+from data_tools.splits import main, read_clips
+from mocaplab.splits import (
     PAPER_TEST,
     Split,
+    holdout_counts,
     leave_one_action_out,
-    main,
+    make_splits,
     paper_holdouts,
-    read_clips,
     subject_holdouts,
 )
 
@@ -55,8 +56,8 @@ def test_leave_one_action_out():
 
 
 def test_too_few_clips_are_refused():
-    with pytest.raises(ValueError, match="5 holdouts with 4 of 'walk' each need more than 20"):
-        paper_holdouts(["walk"] * 20, rng=np.random.default_rng(0))
+    with pytest.raises(ValueError, match="5 holdouts with 4 of 'walk' each need at least 20"):
+        paper_holdouts(["walk"] * 19, rng=np.random.default_rng(0))
     with pytest.raises(ValueError, match="in both"):
         leave_one_action_out(["walk"] * 3)
     with pytest.raises(ValueError, match="expected a subject a clip, got 2 for 100"):
@@ -65,6 +66,60 @@ def test_too_few_clips_are_refused():
         subject_holdouts(ACTIONS, [1] * 100, rng=np.random.default_rng(0))
     with pytest.raises(ValueError, match="1 in both"):
         Split((0, 1), (1, 2))
+
+
+CMU = ["walk"] * 58 + ["run", "jump", "kick", "basketball"] * 5
+
+
+def test_a_collection_without_the_papers_actions_gets_holdouts_of_its_own():
+    six = {"walk": 6, "run": 1, "jump": 1, "kick": 1, "basketball": 1}
+    assert holdout_counts(CMU) == six
+    splits = make_splits("paper", CMU, seed=0)
+    assert list(splits) == [f"holdout_{i}" for i in range(1, 6)]
+    for split in splits.values():
+        assert {a: [CMU[i] for i in split.test].count(a) for a in six} == six
+        assert sorted(split.train + split.test) == list(range(78))
+    assert len({i for split in splits.values() for i in split.test}) == 50
+
+
+@pytest.mark.parametrize(
+    ("actions", "n_holdouts", "expected"),
+    [
+        (ACTIONS, 5, PAPER_TEST),
+        (["walk"] * 12 + ["run"] * 4, 5, {"walk": 2}),  # 4 runs do not suffice for 5
+        (["walk"] * 12 + ["run"] * 4, 2, {"walk": 6, "run": 2}),
+        (["walk"] * 30 + ["run"] * 15, 1, {"walk": 7, "run": 3}),
+        (["walk"] * 2, 1, {"walk": 1}),  # one is left to train on
+    ],
+)
+def test_places_in_a_holdout(actions, n_holdouts, expected):
+    assert holdout_counts(actions, n_holdouts) == expected
+
+
+def test_names_that_tell_no_action_make_one_group():
+    splits = make_splits("paper", ["a", "b", "c", "d"], seed=0, n_holdouts=2)
+    assert sorted(i for split in splits.values() for i in split.test) == [0, 1, 2, 3]
+
+
+def test_splits_by_kind():
+    splits = make_splits("subject", ACTIONS, SUBJECTS, seed=0)
+    assert splits == make_splits("subject", ACTIONS, SUBJECTS, seed=0)
+    for split in splits.values():
+        assert not {SUBJECTS[i] for i in split.train} & {SUBJECTS[i] for i in split.test}
+    assert make_splits("action", ACTIONS, seed=0) == {
+        f"without_{action}": split for action, split in leave_one_action_out(ACTIONS).items()
+    }
+
+
+def test_splits_that_cannot_be_made():
+    with pytest.raises(ValueError, match=r"kinds of splits are paper, subject, action, got 'x'"):
+        make_splits("x", ACTIONS, seed=0)
+    with pytest.raises(ValueError, match=r"need a clips\.csv that has the column subject"):
+        make_splits("subject", ACTIONS, seed=0)
+    with pytest.raises(ValueError, match="at least 5 clips of one action, got 4 of 'walk'"):
+        make_splits("paper", ["walk"] * 4 + ["run"] * 2, seed=0)
+    with pytest.raises(ValueError, match="1 holdouts need at least 2 clips"):
+        make_splits("paper", ["walk"], seed=0, n_holdouts=1)
 
 
 def test_the_command_writes_splits_by_name(tmp_path, capsys):

@@ -28,14 +28,15 @@ from typing import Any
 import numpy as np
 from tqdm import tqdm
 
-from data_tools.corruptions import CORRUPTIONS, corrupted_to_bytes, draw_seed
+from data_tools.corruptions import RECIPES, corrupted_to_bytes, draw_seed
 from data_tools.fetching import sha256
 from mocaplab import __version__
+from mocaplab.corruption import corrupt
 from mocaplab.datasets import Dataset, clip_digest, load_dataset
 from mocaplab.files import write_atomically
 from mocaplab.motion import Motion
 
-FORMAT = 1
+FORMAT = 2
 MANIFEST = "manifest.json"
 DTYPES = ("float32", "float64")
 
@@ -52,7 +53,7 @@ def settings(dataset: Dataset, seed: int, repetitions: int, dtype: str) -> dict[
             "numpy": np.__version__,
             "python": ".".join(platform.python_version_tuple()[:2]),
         },
-        "corruptions": {name: dict(c.parameters) for name, c in CORRUPTIONS.items()},
+        "corruptions": RECIPES,
         "channels": list(dataset.skeleton.channel_labels),
         "clips": {
             clip.name: {
@@ -68,7 +69,7 @@ def settings(dataset: Dataset, seed: int, repetitions: int, dtype: str) -> dict[
 
 def jobs(dataset: Dataset, repetitions: int) -> Iterator[tuple[Motion, str, int, str]]:
     """List what to write: clip, corruption, repetition and the file's path in the folder."""
-    for name in CORRUPTIONS:
+    for name in RECIPES:
         for clip in dataset.clips:
             for repetition in range(repetitions):
                 yield clip, name, repetition, f"{name}/{clip.name}_r{repetition}.npz"
@@ -95,7 +96,7 @@ def write_benchmark(
         )
     manifest = settings(dataset, seed, repetitions, dtype)
     known = _known_files(folder, manifest)
-    for name in CORRUPTIONS:
+    for name in RECIPES:
         (folder / name).mkdir(parents=True, exist_ok=True)
     todo = list(jobs(dataset, repetitions))
     files = {path: known[path] for *_, path in todo if path in known}  # by path
@@ -104,7 +105,7 @@ def write_benchmark(
             if path in files and _sha256(folder / path) == files[path]["sha256"]:
                 continue
             entropy = draw_seed(seed, manifest["clips"][clip.name]["digest"], name, repetition)
-            corrupted = CORRUPTIONS[name](clip, rng=np.random.default_rng(entropy))
+            corrupted = corrupt(clip, RECIPES[name], rng=np.random.default_rng(entropy))
             write_atomically(folder / path, corrupted_to_bytes(corrupted, dtype))
             files[path] = {
                 "clip": clip.name,
@@ -232,7 +233,7 @@ def _run(options: argparse.Namespace) -> int:
         repetitions=options.repetitions,
         dtype=options.dtype,
     )
-    for name in CORRUPTIONS:
+    for name in RECIPES:
         of_name = [f["hidden_share"] for f in manifest["files"].values() if f["corruption"] == name]
         print(f"{name:15} {len(of_name)} files, {np.mean(of_name):.2%} hidden")
     return 0

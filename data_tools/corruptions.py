@@ -4,45 +4,21 @@ from __future__ import annotations
 
 import hashlib
 import io
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from mocaplab.corruption import corrupt
-from mocaplab.motion import Corrupted, Motion
+from mocaplab.motion import Corrupted
 
-GAPS = {"gap_probability": 0.001, "gap_frames": 15.0}
-
-
-@dataclass(frozen=True)
-class Corruption:
-    """One way to spoil a clip.
-
-    Parameters
-    ----------
-    function : called as ``function(motion, **parameters, rng=rng)``, returns a Corrupted
-    parameters : dict, as the manifest lists them
-    """
-
-    function: Callable[..., Corrupted]
-    parameters: Mapping[str, float | str] = field(default_factory=dict)
-
-    def __call__(self, motion: Motion, *, rng: np.random.Generator) -> Corrupted:
-        """Spoil a clip."""
-        return self.function(motion, **self.parameters, rng=rng)
-
-
-CORRUPTIONS: dict[str, Corruption] = {
-    "noise_0.1": Corruption(corrupt, {"k": 0.1}),
-    "noise_0.5": Corruption(corrupt, {"k": 0.5}),
-    "noise_0.9": Corruption(corrupt, {"k": 0.9}),
-    "gaps": Corruption(corrupt, {"k": 0.0, **GAPS}),
-    "noise_0.5_gaps": Corruption(corrupt, {"k": 0.5, **GAPS}),
+RECIPES: dict[str, str] = {
+    "noise_0.1": "angular:0.1",
+    "noise_0.5": "angular:0.5",
+    "noise_0.9": "angular:0.9",
+    "gaps": "gaps:0.001",
+    "noise_0.5_gaps": "angular:0.5+gaps:0.001",
 }
-"""All corruptions of the benchmark by name; a new one is one line."""
+"""All corruptions of the benchmark: a name, which is a folder's, and its recipe."""
 
 
 def draw_seed(seed: int, digest: str, corruption: str, repetition: int) -> list[int]:

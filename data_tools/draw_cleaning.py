@@ -23,7 +23,7 @@ def main() -> None:
     options = parser.parse_args()
 
     clean = load_dataset("embedded")["walk_05"]
-    noisy = corrupt(clean, k=0.5, rng=np.random.default_rng(1))
+    noisy = corrupt(clean, "angular:0.5", rng=np.random.default_rng(1))
     cleaned = Cleaner().clean(noisy.observed)
 
     figure, axes = plt.subplots(3, 1, figsize=(9, 5), height_ratios=[3, 2, 2], layout="constrained")

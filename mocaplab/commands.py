@@ -13,7 +13,6 @@ import numpy as np
 from tqdm.auto import tqdm
 
 from mocaplab.bvh import load_bvh, save_bvh
-from mocaplab.corruption import angular_noise
 from mocaplab.corruption import corrupt as corrupt_clip
 from mocaplab.datasets import Dataset, clip_digest, load_folder, split_holdout
 from mocaplab.doctor import diagnose
@@ -31,6 +30,7 @@ from mocaplab.filters import Denoiser, GaussianDenoiser
 from mocaplab.findings import summarize
 from mocaplab.motion import Motion, moving_channels
 from mocaplab.movement import jitter
+from mocaplab.noise import angular_noise
 
 if TYPE_CHECKING:
     from mocaplab.cleaning import Cleaner
@@ -139,7 +139,7 @@ def _print_scores(
     scores = []
     for repeat in tqdm(range(repeats), desc="scoring", unit="draw", leave=False):
         corrupted = [
-            corrupt_clip(clip, k=noise, rng=np.random.default_rng([seed, repeat, i]))
+            corrupt_clip(clip, f"angular:{noise}", rng=np.random.default_rng([seed, repeat, i]))
             for i, clip in enumerate(dataset.clips)
         ]
         scores += compare_methods(corrupted, methods, corruption=f"{noise} noise", seed=repeat)

@@ -1,105 +1,137 @@
-"""Noise and gaps: what a bad capture does to a clean motion.
+"""Every way to spoil a clean motion, by name, and recipes that join them.
 
-Only the channels in ``Skeleton.is_cleaned`` are touched: the root's path and heading
-stay clean, as in paper A. Every function takes its own random generator, so that the
-same seed gives the same corruption.
+A recipe is ``NAME:AMOUNT`` or several joined by ``+``, such as
+``"angular:0.5+gaps:0.001"``: each is applied to what the one before left.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
+from difflib import get_close_matches
+
 import numpy as np
 
 from mocaplab.euler import make_continuous
-from mocaplab.motion import BoolArray, Corrupted, Motion, moving_channels
+from mocaplab.gaps import gap_mask, hide
+from mocaplab.motion import Corrupted, Motion
+from mocaplab.noise import angular_noise
 
 
-def angular_noise(motion: Motion, k: float, *, rng: np.random.Generator) -> Motion:
-    """Add "k noise" to every joint angle (paper A, section 4).
-
-    The noise of a channel is Gaussian with k times the standard deviation that the
-    channel has in this clip: k = 0.1 / 0.5 / 0.9 is a signal-to-noise ratio of
-    20 / 6 / 1 dB. Constant channels get none. The deviation is that of the continuous
-    angles (:func:`mocaplab.euler.make_continuous`): a jump of 360 degrees in a file
-    would blow it up, and the noise with it.
+@dataclass(frozen=True)
+class Corruption:
+    """One way to spoil a motion.
 
     Parameters
     ----------
-    motion : Motion
-    k : float in [0, 100]
-    rng : numpy.random.Generator
+    name : str
+    amount : float
+        What a recipe without a number gets.
+    unit : str
+        What the amount means, with its unit.
+    summary : str
+        One line for a list.
+    apply : called as ``apply(motion, amount, rng=rng)``
+        Returns the spoilt motion, NaN where a sample is hidden. It refuses an amount that
+        makes no sense with a ValueError.
+    """
+
+    name: str
+    amount: float
+    unit: str
+    summary: str
+    apply: Callable[..., Motion]
+
+
+def _gaps(motion: Motion, amount: float, *, rng: np.random.Generator) -> Motion:
+    return hide(motion, gap_mask(motion, amount, rng=rng))
+
+
+CORRUPTIONS: dict[str, Corruption] = {
+    corruption.name: corruption
+    for corruption in (
+        Corruption(
+            "angular", 0.5, "x each angle's deviation", "Gaussian noise (paper A)", angular_noise
+        ),
+        Corruption(
+            "gaps", 0.001, "starts per channel and 1/120 s", "gaps in single channels", _gaps
+        ),
+    )
+}
+"""All corruptions by name; a new one is one entry."""
+
+
+def parse_recipe(recipe: str) -> list[tuple[Corruption, float]]:
+    """Read a recipe such as ``"angular:0.5+gaps:0.001"``.
+
+    An amount may be left out: ``"angular"`` has its default. A number alone, ``"0.5"``, is
+    an amount of angular noise.
+
+    Returns
+    -------
+    list of (Corruption, amount), in the order in which they are applied
 
     Raises
     ------
     ValueError
-        If k is negative, or over 100 times the movement itself.
+        If a name is unknown (the message has the nearest ones) or an amount no number.
     """
-    if not 0 <= k <= 100:
-        raise ValueError(f"the noise amount k must lie in [0, 100], got {k}")
-    scale = k * make_continuous(motion).channels.std(axis=0) * moving_channels(motion)
-    return motion.with_channels(motion.channels + rng.normal(size=motion.channels.shape) * scale)
+    return [_parse_step(step.strip(), recipe) for step in recipe.split("+")]
 
 
-def gap_mask(
-    motion: Motion, start_probability: float, mean_frames: float, *, rng: np.random.Generator
-) -> BoolArray:
-    """Choose which samples of a motion are hidden.
-
-    In every channel, a gap starts in each frame with the given probability and has a
-    geometric length, the discrete form of an exponential decay (paper A, section 4).
-    The paper's own 10 % would hide most of a clip; 0.001 hides about 1.5 % at a mean
-    length of 15 frames. The first and the last frame stay observed.
-
-    Parameters
-    ----------
-    motion : Motion
-    start_probability : float in [0, 1], per channel and frame
-    mean_frames : float, at least 1, mean length of a gap
-    rng : numpy.random.Generator
-
-    Returns
-    -------
-    array, shape (T, C), bool: True = observed, False = hidden
-    """
-    if not 0 <= start_probability <= 1:
-        raise ValueError(f"the gap probability must lie in [0, 1], got {start_probability}")
-    if not mean_frames >= 1:
-        raise ValueError(f"the mean gap length must be at least 1 frame, got {mean_frames}")
-    mask = np.ones(motion.channels.shape, dtype=bool)
-    starts = rng.random(mask.shape) < start_probability
-    lengths = rng.geometric(1.0 / mean_frames, size=mask.shape)
-    starts &= motion.skeleton.is_cleaned
-    for frame, channel in np.argwhere(starts):
-        mask[frame : frame + lengths[frame, channel], channel] = False
-    mask[[0, -1]] = True
-    return mask
+def _parse_step(step: str, recipe: str) -> tuple[Corruption, float]:
+    name, colon, text = step.partition(":")
+    if not colon and _is_number(step):
+        name, colon, text = "angular", ":", step
+    if name not in CORRUPTIONS:
+        near = get_close_matches(name, CORRUPTIONS, cutoff=0.0)
+        raise ValueError(
+            f"recipe {recipe!r}: expected NAME:AMOUNT joined by +, got {step!r}; the nearest "
+            f"names are {', '.join(near)}"
+        )
+    if colon and not _is_number(text):
+        raise ValueError(f"recipe {recipe!r}: expected a number after {name!r}, got {text!r}")
+    return CORRUPTIONS[name], float(text) if colon else CORRUPTIONS[name].amount
 
 
-def corrupt(
-    motion: Motion,
-    *,
-    k: float = 0.5,
-    gap_probability: float = 0.0,
-    gap_frames: float = 15.0,
-    rng: np.random.Generator,
-) -> Corrupted:
-    """Make a noisy motion with gaps out of a clean one.
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def corrupt(motion: Motion, recipe: str = "angular:0.5", *, rng: np.random.Generator) -> Corrupted:
+    """Make a spoilt motion out of a clean one.
 
     Parameters
     ----------
     motion : Motion
         The clean clip. It is made continuous first; its poses do not change.
-    k : float
-        Amount of noise, see :func:`angular_noise`.
-    gap_probability, gap_frames : float
-        Start probability and mean length of gaps, see :func:`gap_mask`.
+    recipe : str
+        What is done to it, see :func:`parse_recipe` and ``CORRUPTIONS``.
     rng : numpy.random.Generator
 
     Returns
     -------
     Corrupted
         With NaN in ``observed`` where the mask is False.
+
+    Raises
+    ------
+    ValueError
+        If the recipe cannot be read, an amount makes no sense, or the clip has gaps.
     """
-    clean = make_continuous(motion)
-    noisy = angular_noise(clean, k, rng=rng)
-    mask = gap_mask(clean, gap_probability, gap_frames, rng=rng)
-    return Corrupted(clean, noisy.with_channels(np.where(mask, noisy.channels, np.nan)), mask)
+    steps = parse_recipe(recipe)
+    gap = np.argwhere(np.isnan(motion.channels))
+    if gap.size:
+        frame, channel = gap[0]
+        raise ValueError(
+            f"motion {motion.name!r}: expected a clean clip, got a gap in "
+            f"{motion.skeleton.channel_labels[channel]} in frame {frame}; fill it first"
+        )
+    clean = observed = make_continuous(motion)
+    for corruption, amount in steps:
+        observed = corruption.apply(observed, amount, rng=rng)
+    return Corrupted(clean, observed, ~np.isnan(observed.channels))

@@ -136,7 +136,7 @@ def train(
             _save_state(state_path, trainer.model, optimizer, schedule, fingerprint, losses)
 
     noise_rng = np.random.default_rng([config.seed, config.epochs])
-    noisy = [corrupt(clip, k=config.gaussian_k, rng=noise_rng) for clip in clips]
+    noisy = [corrupt(clip, f"angular:{config.gaussian_k}", rng=noise_rng) for clip in clips]
     gaussian_s, gaussian_per_channel_s = tune_gaussian(noisy)
     return Checkpoint(
         model=trainer.model.eval(),

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from mocaplab.batches import Windows
-from mocaplab.corruption import angular_noise
 from mocaplab.motion import moving_channels
 from mocaplab.movement import root_angular_velocity
+from mocaplab.noise import angular_noise
 
 
 def test_pieces_are_where_they_say(walk):

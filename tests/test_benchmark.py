@@ -7,11 +7,12 @@ import pytest
 
 from data_tools import benchmark
 from data_tools.benchmark import main, verify, write_benchmark
-from data_tools.corruptions import CORRUPTIONS, draw_seed, read_file
+from data_tools.corruptions import RECIPES, draw_seed, read_file
+from mocaplab.corruption import corrupt
 from mocaplab.datasets import Dataset
 from mocaplab.files import write_atomically
 
-N_FILES = 2 * 2 * len(CORRUPTIONS)
+N_FILES = 2 * 2 * len(RECIPES)
 
 
 @pytest.fixture(scope="module")
@@ -46,10 +47,10 @@ def test_what_the_files_hold(few, tmp_path):
         assert observed.dtype == np.float32
         assert observed.shape == mask.shape == clean.shape
         np.testing.assert_array_equal(np.isnan(observed), ~mask)
-        parameters = manifest["corruptions"][file["corruption"]]
-        assert (mask.all()) == ("gap_probability" not in parameters)
-        again = CORRUPTIONS[file["corruption"]](
-            few[file["clip"]], rng=np.random.default_rng(file["rng"])
+        recipe = manifest["corruptions"][file["corruption"]]
+        assert (mask.all()) == ("gaps" not in recipe)
+        again = corrupt(
+            few[file["clip"]], RECIPES[file["corruption"]], rng=np.random.default_rng(file["rng"])
         )
         np.testing.assert_array_equal(observed, again.observed.channels.astype(np.float32))
         root = few.skeleton.channel_joint == 0
@@ -69,7 +70,7 @@ def test_seeds_do_not_depend_on_what_else_there_is(few, tmp_path):
     write_benchmark(few.select([1], "one"), tmp_path / "one", seed=0, repetitions=1)
     path = "noise_0.5/jump_02_r0.npz"
     assert (tmp_path / "both" / path).read_bytes() == (tmp_path / "one" / path).read_bytes()
-    seeds = [draw_seed(0, d, c, r) for d in "ab" for c in CORRUPTIONS for r in range(3)]
+    seeds = [draw_seed(0, d, c, r) for d in "ab" for c in RECIPES for r in range(3)]
     assert len(set(map(tuple, seeds))) == len(seeds)
 
 

@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 from mocaplab.cleaning import Cleaner, report_changes
-from mocaplab.corruption import angular_noise, corrupt
+from mocaplab.corruption import corrupt
 from mocaplab.euler import make_continuous
 from mocaplab.evaluation import rms_all_deg
 from mocaplab.filters import GaussianDenoiser
 from mocaplab.motion import moving_channels
+from mocaplab.noise import angular_noise
 
 
 @pytest.fixture(scope="module")
@@ -18,7 +19,7 @@ def cleaner():
 
 @pytest.fixture(scope="module")
 def noisy(walk):
-    return corrupt(walk, k=0.5, rng=np.random.default_rng(0))
+    return corrupt(walk, "angular:0.5", rng=np.random.default_rng(0))
 
 
 def test_cleaning_removes_most_of_the_noise(cleaner, noisy):
@@ -37,7 +38,7 @@ def test_root_and_still_channels_come_out_exactly(cleaner, noisy):
 
 
 def test_gaps_are_filled(cleaner, walk):
-    holed = corrupt(walk, k=0.5, gap_probability=0.002, rng=np.random.default_rng(1))
+    holed = corrupt(walk, "angular:0.5+gaps:0.002", rng=np.random.default_rng(1))
     cleaned = cleaner.clean(holed.observed)
     assert np.isfinite(cleaned.channels).all()
     report = report_changes(holed.observed, cleaned)
@@ -118,7 +119,7 @@ def test_ebf_beats_the_tuned_gaussian_on_real_clips_it_never_saw(cleaner, data_d
     ]
     errors = []
     for i, clip in enumerate(unseen):
-        pair = corrupt(clip, k=0.5, rng=np.random.default_rng([0, i]))
+        pair = corrupt(clip, "angular:0.5", rng=np.random.default_rng([0, i]))
         methods = [cleaner, *gaussians]
         errors.append(
             [rms_all_deg(m.denoise(pair.observed, pair.mask), pair.clean) for m in methods]

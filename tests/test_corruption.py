@@ -1,79 +1,58 @@
-"""Noise and gaps."""
+"""Recipes: how corruptions are named, joined and refused."""
 
 import numpy as np
 import pytest
 
-from mocaplab.corruption import angular_noise, corrupt, gap_mask
-from mocaplab.motion import moving_channels
+from mocaplab.corruption import CORRUPTIONS, corrupt, parse_recipe
+from mocaplab.gaps import gap_mask
+from mocaplab.noise import angular_noise
 
 
-def test_noise_has_the_deviation_that_was_asked_for(walk):
-    noisy = angular_noise(walk, 0.5, rng=np.random.default_rng(0))
-    added = (noisy.channels - walk.channels)[:, moving_channels(walk)]
-    asked = 0.5 * walk.channels.std(axis=0)[moving_channels(walk)]
-    # The mean of many estimates of ratio 1, each with a relative error of 1 / sqrt(2 T).
-    tolerance = 5 / np.sqrt(2 * added.size)
-    assert np.mean(added.std(axis=0) / asked) == pytest.approx(1, abs=tolerance)
-    assert np.abs(added.mean(axis=0) / asked).max() < 5 / np.sqrt(walk.n_frames)
-
-
-def test_noise_leaves_the_root_and_still_channels_alone(walk):
-    noisy = angular_noise(walk, 0.9, rng=np.random.default_rng(0))
-    still = ~moving_channels(walk)
-    assert still[:6].all()
-    np.testing.assert_array_equal(noisy.channels[:, still], walk.channels[:, still])
-
-
-def test_a_wrap_in_the_file_does_not_change_the_noise(walk):
-    column = walk.skeleton.channel_index("LeftArm.Zrotation")
-    wrapped = walk.channels.copy()
-    wrapped[50:, column] += 360
-    plain, jumpy = (
-        angular_noise(motion, 0.5, rng=np.random.default_rng(3)).channels - motion.channels
-        for motion in (walk, walk.with_channels(wrapped))
-    )
-    np.testing.assert_allclose(jumpy, plain, atol=1e-9)
-
-
-def test_same_seed_same_noise(walk):
-    a, b, c = (angular_noise(walk, 0.5, rng=np.random.default_rng(s)).channels for s in (1, 1, 2))
-    np.testing.assert_array_equal(a, b)
-    assert not np.array_equal(a, c)
-
-
-def test_no_noise_is_no_change(walk):
-    noisy = angular_noise(walk, 0.0, rng=np.random.default_rng(0))
-    np.testing.assert_array_equal(noisy.channels, walk.channels)
-
-
-def test_gaps_hide_the_share_that_theory_says(walk):
-    # A sample is seen if no gap that started m frames before it is longer than m.
-    p, mean = 0.002, 15.0
-    mask = gap_mask(walk, p, mean, rng=np.random.default_rng(0))
-    survival = (1 - 1 / mean) ** np.arange(walk.n_frames)
-    per_frame = 1 - np.exp(np.cumsum(np.log1p(-p * survival)))
-    expected = per_frame[1:-1].sum() / walk.n_frames
-    hidden = 1 - mask[:, walk.skeleton.is_cleaned].mean()
-    assert hidden == pytest.approx(expected, rel=0.25)
-    assert mask[:, ~walk.skeleton.is_cleaned].all()
-    assert mask[[0, -1]].all()
-
-
-def test_corrupted_has_nan_exactly_in_the_gaps(walk):
-    corrupted = corrupt(walk, k=0.5, gap_probability=0.001, rng=np.random.default_rng(0))
-    np.testing.assert_array_equal(np.isnan(corrupted.observed.channels), ~corrupted.mask)
+def test_steps_are_applied_in_order_and_draw_from_one_generator(walk):
+    corrupted = corrupt(walk, "angular:0.5+gaps:0.002", rng=np.random.default_rng(0))
+    rng = np.random.default_rng(0)
+    noisy = angular_noise(walk, 0.5, rng=rng)
+    mask = gap_mask(noisy, 0.002, rng=rng)
+    np.testing.assert_array_equal(corrupted.mask, mask)
+    np.testing.assert_array_equal(corrupted.observed.channels[mask], noisy.channels[mask])
+    assert np.isnan(corrupted.observed.channels[~mask]).all()
     assert not corrupted.mask.all()
 
 
 @pytest.mark.parametrize(
-    ("arguments", "message"),
+    ("recipe", "steps"),
     [
-        ({"k": -0.1}, "noise amount k"),
-        ({"k": np.nan}, "noise amount k"),
-        ({"gap_probability": 1.5}, "gap probability"),
-        ({"gap_probability": 0.1, "gap_frames": 0.5}, "at least 1 frame"),
+        ("angular:0.5", [("angular", 0.5)]),
+        ("0.3", [("angular", 0.3)]),
+        ("gaps", [("gaps", 0.001)]),
+        (" angular:1e-2 + gaps:0.01", [("angular", 0.01), ("gaps", 0.01)]),
     ],
 )
-def test_nonsense_is_refused(walk, arguments, message):
+def test_recipes(recipe, steps):
+    assert parse_recipe(recipe) == [(CORRUPTIONS[name], amount) for name, amount in steps]
+
+
+@pytest.mark.parametrize(
+    ("recipe", "message"),
+    [
+        ("anguler:0.5", "got 'anguler:0.5'; the nearest names are angular"),
+        ("", "got ''; the nearest names are"),
+        ("angular:0.5+", "got ''; the nearest names are"),
+        ("angular:much", "expected a number after 'angular', got 'much'"),
+        ("angular:", "expected a number after 'angular', got ''"),
+        ("angular:-0.1", r"k must lie in \[0, 100\], got -0.1"),
+        ("nan", r"k must lie in \[0, 100\], got nan"),
+        ("angular:1000", r"k must lie in \[0, 100\], got 1000"),
+        ("gaps:1.5", r"gap probability must lie in \[0, 1\], got 1.5"),
+    ],
+)
+def test_nonsense_is_refused(walk, recipe, message):
     with pytest.raises(ValueError, match=message):
-        corrupt(walk, rng=np.random.default_rng(0), **arguments)
+        corrupt(walk, recipe, rng=np.random.default_rng(0))
+
+
+def test_a_clip_with_gaps_is_not_clean(walk):
+    channels = walk.channels.copy()
+    channels[5, walk.skeleton.channel_index("LeftLeg.Xrotation")] = np.nan
+    with pytest.raises(ValueError, match=r"got a gap in LeftLeg\.Xrotation in frame 5"):
+        corrupt(walk.with_channels(channels), rng=np.random.default_rng(0))

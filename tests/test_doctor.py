@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 
 from mocaplab.bvh import load_bvh
-from mocaplab.corruption import angular_noise, corrupt
+from mocaplab.corruption import corrupt
 from mocaplab.doctor import diagnose
 from mocaplab.euler import alternate_euler, rotation_triples
 from mocaplab.findings import Finding, summarize
 from mocaplab.motion import Motion
+from mocaplab.noise import angular_noise
 
 
 def defects(motion):
@@ -169,7 +170,7 @@ def test_a_root_too_fast_for_people_is_doubted(walk):
 def test_noise_is_not_taken_for_a_wrong_frame_time_or_a_rest_pose(walk, k):
     noisy = angular_noise(walk, k, rng=np.random.default_rng(0))
     assert not {f.kind for f in defects(noisy)} & {"frame time", "rest pose", "jump"}
-    holed = corrupt(walk, k=k, rng=np.random.default_rng(1)).observed
+    holed = corrupt(walk, f"angular:{k}", rng=np.random.default_rng(1)).observed
     assert not {f.kind for f in defects(holed)} & {"frame time", "rest pose", "jump"}
 
 

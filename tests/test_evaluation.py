@@ -33,7 +33,7 @@ def test_rms_leaves_the_root_out(walk):
 
 
 def test_comparison_scores_every_clip_and_method(walk):
-    clip = corrupt(walk, k=0.5, rng=np.random.default_rng(0))
+    clip = corrupt(walk, "angular:0.5", rng=np.random.default_rng(0))
     scores = compare_methods([clip], {"noisy": Untouched()}, corruption="0.5 noise", seed=7)
     assert [(s.method, s.metric, s.unit, s.seed) for s in scores] == [
         ("noisy", "rms_all_deg", "deg", 7),

@@ -10,7 +10,7 @@ from mocaplab.exercises import NOT_YET, check_gaussian_width, check_noisiest_joi
 
 @pytest.fixture(scope="module")
 def clip(walk):
-    return corrupt(walk, k=0.5, rng=np.random.default_rng(1))
+    return corrupt(walk, "angular:0.5", rng=np.random.default_rng(1))
 
 
 def test_no_answer_yet(clip):

@@ -72,7 +72,7 @@ def test_denoiser_returns_root_and_still_channels_exactly(walk):
 
 
 def test_tuning_finds_the_best_width_on_the_grid(walk):
-    clip = corrupt(walk, k=0.5, rng=np.random.default_rng(0))
+    clip = corrupt(walk, "angular:0.5", rng=np.random.default_rng(0))
     single, per_channel = tune_gaussian([clip])
 
     def error(sigma):

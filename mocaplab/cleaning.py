@@ -51,8 +51,12 @@ class Cleaner:
         Raises
         ------
         ValueError
-            If the model was trained for another skeleton or frame rate, or a channel was
-            never observed.
+            If the model was trained for another skeleton or frame rate.
+
+        Warns
+        -----
+        mocaplab.gap_filling.GapWarning
+            If a channel was never observed; it is left at rest.
         """
         return self.denoise(motion, ~np.isnan(motion.channels))
 

@@ -6,9 +6,11 @@ import argparse
 import io
 import os
 import sys
+import warnings
 from collections.abc import Callable, Sequence
 
 from mocaplab import __version__, commands
+from mocaplab.gap_filling import GapWarning
 
 _EXAMPLES = """\
 examples:
@@ -30,7 +32,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = _parser()
     options = parser.parse_args(arguments)
     try:
-        options.run(options)
+        with warnings.catch_warnings():
+            _print_warnings_as_notes(options.command)
+            options.run(options)
         sys.stdout.flush()
     except BrokenPipeError:  # the reader of our output, such as head, has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -41,6 +45,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"mocaplab {options.command}: stopped", file=sys.stderr)
         return 130
     return 0
+
+
+def _print_warnings_as_notes(command: str) -> None:
+    """Show what the library warns of as a plain line, and the same line only once."""
+    shown = set()
+
+    def show(message: Warning | str, *_: object, **__: object) -> None:
+        note = " ".join(str(message).split())
+        if note not in shown:
+            print(f"mocaplab {command}: note: {note}", file=sys.stderr)
+        shown.add(note)
+
+    warnings.simplefilter("always", GapWarning)
+    warnings.showwarning = show
 
 
 def _one_line(error: Exception) -> str:

@@ -5,14 +5,15 @@ Widths are in seconds, never in frames, so that 30 and 120 frames per second agr
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Sequence
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mocaplab.euler import motion_continuity
-from mocaplab.gap_filling import lerp_gaps
+from mocaplab.gap_filling import lerp_gaps, never_observed
 from mocaplab.motion import BoolArray, Corrupted, FloatArray, Motion, moving_channels
 
 SIGMA_GRID_S = np.round(np.geomspace(0.004, 0.25, 37), 4)
@@ -68,12 +69,16 @@ def gaussian_filter(values: ArrayLike, sigma_s: ArrayLike, frame_time: float) ->
     return result
 
 
-def filter_motion(observed: Motion, smooth: Callable[[Motion], FloatArray]) -> Motion:
+def filter_motion(
+    observed: Motion,
+    smooth: Callable[[Motion], FloatArray],
+    fill: Callable[[Motion], Motion] = lerp_gaps,
+) -> Motion:
     """Do what every cleaner does around its filter.
 
-    The angles are made continuous, gaps are filled by lerp, the filter is applied, and
-    the result is put back into the file's own Euler convention. The root and channels
-    that do not move are returned exactly as they came.
+    The angles are made continuous, gaps are filled, the filter is applied, and the result
+    is put back into the file's own Euler convention. The root and channels that do not
+    move are returned exactly as they came; a channel that was never observed, at rest.
 
     Parameters
     ----------
@@ -81,9 +86,13 @@ def filter_motion(observed: Motion, smooth: Callable[[Motion], FloatArray]) -> M
         NaN inside gaps.
     smooth : function
         Takes the continuous, filled motion and returns its channels, shape (T, C).
+    fill : function
+        Takes the continuous motion and returns it without NaN, straight lines by default.
     """
     sign, offset = motion_continuity(observed)
-    filled = lerp_gaps(observed.with_channels(sign * observed.channels + offset))
+    unseen = never_observed(observed)
+    sign[:, unseen], offset[:, unseen] = 1.0, 0.0  # its rest value is the file's, not ours
+    filled = fill(observed.with_channels(sign * observed.channels + offset))
     cleaned = np.where(moving_channels(observed), smooth(filled), filled.channels)
     restored = sign * (cleaned - offset)
     changed = cleaned != filled.channels
@@ -91,7 +100,37 @@ def filter_motion(observed: Motion, smooth: Callable[[Motion], FloatArray]) -> M
     return observed.with_channels(np.where(keep, observed.channels, restored))
 
 
-class GaussianDenoiser:
+class Smoother(ABC):
+    """A Denoiser that filters every channel by itself: gaps filled, then :meth:`smooth`."""
+
+    @abstractmethod
+    def smooth(self, values: FloatArray, mask: BoolArray, frame_time: float) -> FloatArray:
+        """Return smooth channels, shape (T, C).
+
+        Parameters
+        ----------
+        values : array, shape (T, C)
+            Continuous angles; gaps are filled already.
+        mask : array, shape (T, C), bool
+            False where a gap was filled, for filters that bridge gaps in their own way.
+        frame_time : float, seconds
+        """
+
+    def denoise(self, observed: Motion, mask: BoolArray) -> Motion:
+        """Return the smoothed motion; see :class:`Denoiser`."""
+        seen = ~np.isnan(observed.channels)
+        return filter_motion(observed, lambda m: self.smooth(m.channels, seen, m.frame_time))
+
+
+class Untouched(Smoother):
+    """The denoiser that does nothing but fill gaps by lerp: the score to start from."""
+
+    def smooth(self, values: FloatArray, mask: BoolArray, frame_time: float) -> FloatArray:
+        """Return the values as they are."""
+        return values
+
+
+class GaussianDenoiser(Smoother):
     """Lerp over gaps, then one Gaussian for all channels or one a channel.
 
     Parameters
@@ -102,11 +141,21 @@ class GaussianDenoiser:
     def __init__(self, sigma_s: ArrayLike):
         self.sigma_s = np.asarray(sigma_s, dtype=np.float64)
 
-    def denoise(self, observed: Motion, mask: BoolArray) -> Motion:
-        """Return the smoothed motion; see :class:`Denoiser`."""
-        return filter_motion(
-            observed, lambda m: gaussian_filter(m.channels, self.sigma_s, m.frame_time)
-        )
+    def smooth(self, values: FloatArray, mask: BoolArray, frame_time: float) -> FloatArray:
+        """Return the smoothed channels; see :func:`gaussian_filter`."""
+        return gaussian_filter(values, self.sigma_s, frame_time)
+
+
+def squared_errors(candidates: Sequence[Smoother], clip: Corrupted) -> FloatArray:
+    """Score smoothers on a clip whose truth is known.
+
+    Returns
+    -------
+    array, shape (number of candidates, C), squared degrees summed over frames
+    """
+    filled, clean = lerp_gaps(clip.observed), clip.clean.channels
+    smoothed = (s.smooth(filled.channels, clip.mask, filled.frame_time) for s in candidates)
+    return np.array([np.sum((x - clean) ** 2, axis=0) for x in smoothed])
 
 
 def tune_gaussian(clips: Iterable[Corrupted]) -> tuple[float, FloatArray]:
@@ -123,14 +172,21 @@ def tune_gaussian(clips: Iterable[Corrupted]) -> tuple[float, FloatArray]:
     sigma_per_channel_s : array, shape (C,), seconds
         The best width of each channel; the single one where a channel never moves.
     """
-    errors = []
-    for clip in clips:
-        filled = lerp_gaps(clip.observed)
-        smoothed = (gaussian_filter(filled.channels, s, filled.frame_time) for s in SIGMA_GRID_S)
-        errors.append([np.sum((x - clip.clean.channels) ** 2, axis=0) for x in smoothed])
+    candidates = [GaussianDenoiser(sigma_s) for sigma_s in SIGMA_GRID_S]
+    errors = [squared_errors(candidates, clip) for clip in clips]
     if not errors:
         raise ValueError("tuning needs at least one training clip")
     error = np.sum(errors, axis=0)  # (widths, C)
     single = float(SIGMA_GRID_S[np.argmin(error.sum(axis=1))])
     moves = np.ptp(error, axis=0) > 0
     return single, np.where(moves, SIGMA_GRID_S[np.argmin(error, axis=0)], single)
+
+
+def oracle_gaussian(clip: Corrupted) -> Motion:
+    """Smooth each channel with the width that is best for this very clip.
+
+    This is a bound, not a method: it looks at the clean signal. No Gaussian of fixed width
+    (one of ``SIGMA_GRID_S``) can do better, however its width was found.
+    """
+    _, sigma_per_channel_s = tune_gaussian([clip])
+    return GaussianDenoiser(sigma_per_channel_s).denoise(clip.observed, clip.mask)

@@ -8,8 +8,10 @@ import sys
 import numpy as np
 import pytest
 
+from mocaplab import commands
 from mocaplab.bvh import load_bvh, save_bvh
 from mocaplab.cli import main
+from mocaplab.gap_filling import lerp_gaps
 
 
 @pytest.fixture
@@ -143,6 +145,21 @@ def test_nan_in_the_file(walk_file, tmp_path, capsys):
     walk_file.write_text("\n".join(lines))
     message = refused(["clean", walk_file, "-o", tmp_path / "out.bvh"], capsys)
     assert f"walk.bvh:{len(lines)}: expected a finite number, got 'nan'" in message
+
+
+def test_a_warning_of_the_library_is_a_plain_note(walk_file, walk, monkeypatch, capsys):
+    def info(options):
+        hidden = np.where(walk.skeleton.channel_joint == 3, np.nan, walk.channels)
+        for _ in range(2):
+            lerp_gaps(walk.with_channels(hidden))
+
+    monkeypatch.setattr(commands, "info", info)
+    assert main(["info", str(walk_file)]) == 0
+    notes = capsys.readouterr().err.splitlines()
+    joint = walk.skeleton.joint_names[3]
+    assert len(notes) == 1
+    assert notes[0].startswith("mocaplab info: note: motion 'walk_01': never observed")
+    assert f"{joint}.Zrotation" in notes[0]
 
 
 def test_output_that_cannot_be_written(walk_file, tmp_path, capsys):

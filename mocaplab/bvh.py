@@ -14,6 +14,7 @@ from typing import cast
 import numpy as np
 import orjson
 import simdjson
+from numpy.typing import NDArray
 
 from mocaplab.bvh_hierarchy import (
     BVHError,
@@ -119,7 +120,6 @@ def _read_frames(reader: Lines, n_frames: int, n_channels: int) -> FloatArray:
 
 
 _BLOCK = 1 << 15  # characters parsed at once: a block and all copies of it stay in the cache
-_BLANKS_TO_COMMAS = bytes.maketrans(b" \t\n", b",,,")
 
 
 def _parse_numbers(text: str, start: int, values: FloatArray) -> None:
@@ -141,45 +141,45 @@ def _parse_numbers(text: str, start: int, values: FloatArray) -> None:
     while start < len(text):
         end = text.find("\n", start + _BLOCK)  # a block ends where a line does
         end = len(text) if end < 0 else end
-        block = text[start:end]
-        part = _parse_as_json(parser, block)
+        words = text[start:end].replace("\r\n", " ").replace("\n", " ").replace("\t", " ").strip()
+        part = _parse_as_json(parser, words)
+        if part is None:  # blanks in a row? Parting all words takes longer
+            part = _parse_as_json(parser, " ".join(words.split()))
         if part is None:
-            part = np.fromiter(map(float, block.split()), dtype=np.float64)
+            part = np.fromiter(map(float, words.split()), dtype=np.float64)
         values[done : done + len(part)] = part  # fails if the part does not fit any more
         done, start = done + len(part), end + 1
     if done != len(values) or not np.isfinite(values).all():
         raise ValueError("too few words, or one that is not finite")
 
 
-def _parse_as_json(parser: simdjson.Parser, block: str) -> FloatArray | None:
-    """Parse a block with simdjson, or give up (None) where ``float`` must decide.
+def _parse_as_json(parser: simdjson.Parser, words: str) -> FloatArray | None:
+    """Parse words with one blank between them, or give up (None): ``float`` must decide.
 
-    With commas for blanks, most motion blocks are what JSON calls an array, and simdjson
-    reads those exactly and ten times faster than ``float`` word by word. It refuses what
-    JSON does not know, such as 1. or .5 or +1 or 007 or nan.
+    With commas for blanks they are what JSON calls an array, and simdjson reads those
+    exactly and ten times faster than ``float`` word by word. It refuses what JSON does not
+    know, such as 1. or .5 or +1 or 007 or nan, and empty words between two blanks.
     """
-    if "," in block or "[" in block or "{" in block:  # JSON knows these, BVH does not
+    if "," in words or "[" in words or "{" in words:  # JSON knows these, BVH does not
         return None
-    words = block.strip().encode()
-    for blanks_in_a_row in (False, True):  # they make empty words; parting them takes longer
-        commas = b",".join(words.split()) if blanks_in_a_row else words.translate(_BLANKS_TO_COMMAS)
-        array = b"[" + commas + b"]"
-        if _has_minus_zero(array):
-            return None
-        try:
-            # Not a variable: the parser refuses its next task while somebody holds its last.
-            buffer = cast(simdjson.Array, parser.parse(array)).as_buffer(of_type="d")
-            return np.frombuffer(buffer, dtype=np.float64)
-        except (ValueError, TypeError, RuntimeError):  # the last: a whole number of many digits
-            continue
-    return None
+    array = np.frombuffer(f"[{words}]".encode(), dtype=np.uint8)
+    commas = (array == ord(" ")).view(np.uint8)  # like this it takes a third of replace's time
+    commas *= ord(",") - ord(" ")
+    array = array + commas
+    if _has_minus_zero(array):
+        return None
+    try:
+        # Not a variable: the parser refuses its next task while somebody holds its last.
+        buffer = cast(simdjson.Array, parser.parse(array.tobytes())).as_buffer(of_type="d")
+        return np.frombuffer(buffer, dtype=np.float64)
+    except (ValueError, TypeError, RuntimeError):  # the last: a whole number of many digits
+        return None
 
 
-def _has_minus_zero(array: bytes) -> bool:
+def _has_minus_zero(array: NDArray[np.uint8]) -> bool:
     """Tell whether there is a word -0: it is whole to JSON and would lose its sign."""
-    text = np.frombuffer(array, dtype=np.uint8)  # much faster than b"-0," in array
-    minus, zero = text == ord("-"), text == ord("0")
-    ends = (text == ord(",")) | (text == ord("\r")) | (text == ord("]"))
+    minus, zero = array == ord("-"), array == ord("0")  # much faster than b"-0," in array
+    ends = (array == ord(",")) | (array == ord("]"))
     return bool((minus[:-2] & zero[1:-1] & ends[2:]).any())
 
 

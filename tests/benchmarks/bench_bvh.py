@@ -46,6 +46,11 @@ def cpu_seconds(task: Task, argument: Any) -> float:
 
 
 def pybvh_read(path: str) -> Any:
+    return import_module("pybvh").read_bvh_file(path)
+
+
+def pybvh_read_up(path: str) -> Any:
+    """Told which way is up, it need not find out, which takes it a fifth of the time."""
     return import_module("pybvh").read_bvh_file(path, world_up="+y")
 
 
@@ -102,6 +107,7 @@ def pymotion_positions(clip: Any) -> Any:
 
 PEERS: dict[str, tuple[Task, Task | None, Callable[[Any, str], Any] | None]] = {
     "pybvh": (pybvh_read, lambda clip: clip.joint_positions(), pybvh_write),
+    "pybvh (told +y)": (pybvh_read_up, lambda clip: clip.joint_positions(), pybvh_write),
     "bvhio": (bvhio_read, bvhio_positions, bvhio_write),
     "bvhsdk": (bvhsdk_read, lambda clip: clip.getJointPositions(), bvhsdk_write),
     "bvhtoolbox": (bvhtoolbox_read, None, lambda clip, path: clip.write_file(path)),
@@ -221,7 +227,7 @@ def main() -> None:
         for path in files:
             for peer in PEERS:
                 cells = ["not installed"] * 3
-                if find_spec(peer):
+                if find_spec(peer.split()[0]):
                     with redirect_stdout(io.StringIO()):  # some talk while they work
                         cells = compare(path, peer, scratch, options.repeats)
                 for i, cell in enumerate(cells):

@@ -21,13 +21,12 @@ from mocaplab.evaluation import (
     Untouched,
     compare_methods,
     format_table,
-    rms_all_deg,
-    rms_moving_deg,
     table_by_action,
 )
 from mocaplab.files import check_writable
 from mocaplab.filters import Denoiser, GaussianDenoiser
 from mocaplab.findings import summarize
+from mocaplab.measures import rms_all_deg, rms_moving_deg
 from mocaplab.motion import Motion, moving_channels
 from mocaplab.movement import jitter
 from mocaplab.noise import angular_noise

@@ -1,4 +1,4 @@
-"""How far a cleaned motion is from the clean one, and the table that compares methods."""
+"""Scores of methods on clips, and the table that compares them."""
 
 from __future__ import annotations
 
@@ -9,46 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from mocaplab.filters import Denoiser, filter_motion
-from mocaplab.motion import Corrupted, FloatArray, Motion, moving_channels
-
-
-def rms_all_deg(motion: Motion, clean: Motion) -> float:
-    """Root mean square angle error over all joint angles but the root's (paper A).
-
-    Channels that never move count too and dilute it; see :func:`rms_moving_deg`.
-
-    Parameters
-    ----------
-    motion, clean : Motion
-        Of one skeleton, in the same Euler branch
-        (:func:`mocaplab.euler.align_to`).
-
-    Returns
-    -------
-    float, degrees
-    """
-    return _rms(motion.channels - clean.channels, clean.skeleton.is_cleaned)
-
-
-def rms_moving_deg(motion: Motion, clean: Motion) -> float:
-    """Root mean square angle error over the channels that move in the clean motion.
-
-    Parameters
-    ----------
-    motion, clean : Motion
-
-    Returns
-    -------
-    float, degrees; 0 if nothing moves
-    """
-    return _rms(motion.channels - clean.channels, moving_channels(clean))
-
-
-def _rms(error: FloatArray, columns: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(error[:, columns] ** 2))) if columns.any() else 0.0
-
-
-METRICS = {"rms_all_deg": rms_all_deg, "rms_moving_deg": rms_moving_deg}
+from mocaplab.measures import find_measure
+from mocaplab.motion import Corrupted, Motion
 
 
 @dataclass(frozen=True)
@@ -57,15 +19,20 @@ class Score:
 
     method: str
     corruption: str  # such as "0.5 noise"
-    metric: str  # a name in METRICS
+    metric: str  # a name in MEASURES
     unit: str
     seed: int
-    per_clip: dict[str, float]  # clip name -> value
+    per_clip: dict[str, float]  # clip name -> value, NaN where the clip has none
 
     @property
     def mean(self) -> float:
-        """The mean over clips."""
-        return float(np.mean(list(self.per_clip.values())))
+        """The mean over the clips that have a value; NaN if none has."""
+        return _mean(self.per_clip.values())
+
+
+def _mean(values: Iterable[float]) -> float:
+    known = [value for value in values if not np.isnan(value)]
+    return float(np.mean(known)) if known else np.nan
 
 
 class Untouched:
@@ -77,7 +44,12 @@ class Untouched:
 
 
 def compare_methods(
-    clips: Iterable[Corrupted], methods: Mapping[str, Denoiser], *, corruption: str, seed: int
+    clips: Iterable[Corrupted],
+    methods: Mapping[str, Denoiser],
+    *,
+    corruption: str,
+    seed: int,
+    measures: Sequence[str] = ("rms_all_deg", "rms_moving_deg"),
 ) -> list[Score]:
     """Clean every clip with every method and score the results.
 
@@ -87,21 +59,28 @@ def compare_methods(
     methods : name -> Denoiser
     corruption : str, how the clips were corrupted, for the table
     seed : int, the seed that they were corrupted with
+    measures : names in :data:`mocaplab.measures.MEASURES`
 
     Returns
     -------
-    list of Score, one a method and metric
+    list of Score, one a method and measure
+
+    Raises
+    ------
+    ValueError
+        If there is no measure of a name, or a clip cannot be measured by it.
     """
+    chosen = {name: find_measure(name) for name in measures}
     per_clip: dict[tuple[str, str], dict[str, float]] = {}
     for clip in clips:
         for method, denoiser in methods.items():
             cleaned = denoiser.denoise(clip.observed, clip.mask)
-            for metric, measure in METRICS.items():
-                values = per_clip.setdefault((method, metric), {})
-                values[clip.clean.name] = measure(cleaned, clip.clean)
+            for name, measure in chosen.items():
+                values = per_clip.setdefault((method, name), {})
+                values[clip.clean.name] = measure.score(cleaned, clip)
     return [
-        Score(method, corruption, metric, "deg", seed, values)
-        for (method, metric), values in per_clip.items()
+        Score(method, corruption, name, chosen[name].unit, seed, values)
+        for (method, name), values in per_clip.items()
     ]
 
 
@@ -110,10 +89,12 @@ def table_by_action(
 ) -> list[list[str]]:
     """Arrange scores as rows of methods and columns of actions, means over clips.
 
+    Clips without a value (NaN) are left out of the means; a dash stands where all are.
+
     Parameters
     ----------
     scores : list of Score; several of one method and metric are averaged
-    metric : str, a name in METRICS
+    metric : str, a name in MEASURES
     actions : clip name -> action
 
     Returns
@@ -129,10 +110,16 @@ def table_by_action(
             if (score.method, score.metric) == (method, metric):
                 for clip, value in score.per_clip.items():
                     values[actions[clip]].append(value)
-        means = [float(np.mean(v)) for v in values.values()]
-        means.append(float(np.mean([x for v in values.values() for x in v])))
-        rows.append([method, *(f"{mean:.3f}" for mean in means)])
+        means = [_mean(v) for v in values.values()]
+        means.append(_mean(x for v in values.values() for x in v))
+        rows.append([method, *map(_cell, means)])
     return rows
+
+
+def _cell(value: float) -> str:
+    if np.isnan(value):
+        return "-"
+    return f"{value:.3f}" if abs(value) < 1000 else f"{value:,.0f}"
 
 
 def format_table(rows: Sequence[Sequence[str]]) -> str:

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from mocaplab.evaluation import rms_all_deg, rms_moving_deg
 from mocaplab.filters import gaussian_filter
+from mocaplab.measures import rms_all_deg, rms_moving_deg
 from mocaplab.motion import Corrupted, FloatArray
 
 NOT_YET = "Not answered yet: put your answer in the cell above and run both cells."

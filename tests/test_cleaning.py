@@ -6,8 +6,8 @@ import pytest
 from mocaplab.cleaning import Cleaner, report_changes
 from mocaplab.corruption import corrupt
 from mocaplab.euler import make_continuous
-from mocaplab.evaluation import rms_all_deg
 from mocaplab.filters import GaussianDenoiser
+from mocaplab.measures import rms_all_deg
 from mocaplab.motion import moving_channels
 from mocaplab.noise import angular_noise
 

@@ -1,4 +1,4 @@
-"""Metrics and tables, against numbers worked out by hand."""
+"""Scores and tables, against numbers worked out by hand."""
 
 import numpy as np
 import pytest
@@ -9,27 +9,10 @@ from mocaplab.evaluation import (
     Untouched,
     compare_methods,
     format_table,
-    rms_all_deg,
-    rms_moving_deg,
     table_by_action,
 )
-from mocaplab.motion import moving_channels
-
-
-def test_rms_counts_still_channels_or_not(walk):
-    moving = moving_channels(walk)
-    off = walk.with_channels(walk.channels + 2.0 * moving)
-    assert rms_moving_deg(off, walk) == pytest.approx(2.0)
-    share = moving.sum() / walk.skeleton.is_cleaned.sum()
-    assert rms_all_deg(off, walk) == pytest.approx(2.0 * np.sqrt(share))
-
-
-def test_rms_leaves_the_root_out(walk):
-    channels = walk.channels.copy()
-    channels[:, :6] += 100.0
-    assert rms_all_deg(walk.with_channels(channels), walk) == 0.0
-    still = walk.with_channels(np.zeros_like(walk.channels))
-    assert rms_moving_deg(still, still) == 0.0
+from mocaplab.measures import mpjpe_cm, rms_all_deg
+from mocaplab.units import cm_per_unit
 
 
 def test_comparison_scores_every_clip_and_method(walk):
@@ -40,6 +23,32 @@ def test_comparison_scores_every_clip_and_method(walk):
         ("noisy", "rms_moving_deg", "deg", 7),
     ]
     assert scores[0].per_clip == {walk.name: rms_all_deg(clip.observed, clip.clean)}
+
+
+def test_comparison_takes_its_units_from_the_measures(walk):
+    clip = corrupt(walk, "angular:0.5", rng=np.random.default_rng(0))
+    names = ("mpjpe_cm", "gap_rms_deg", "quaternion_l1")
+    position, gap, quaternion = compare_methods(
+        [clip], {"noisy": Untouched()}, corruption="0.5 noise", seed=7, measures=names
+    )
+    assert [s.metric for s in (position, gap, quaternion)] == list(names)
+    assert [s.unit for s in (position, gap, quaternion)] == ["cm", "deg", ""]
+    unit = cm_per_unit(walk.skeleton)
+    assert position.mean == mpjpe_cm(clip.observed, clip.clean, cm_per_unit=unit)
+    assert np.isnan(gap.mean)  # nothing was hidden
+    assert table_by_action([gap], "gap_rms_deg", {walk.name: "walk"})[1] == ["noisy", "-", "-"]
+
+
+def test_comparison_refuses_an_unknown_measure():
+    with pytest.raises(ValueError, match=r"no measure 'rms'; there are rms_all_deg, rms_moving"):
+        compare_methods([], {}, corruption="", seed=0, measures=["rms"])
+
+
+def test_clips_without_a_value_are_left_out_of_means():
+    score = Score("a", "n", "m", "cm", 0, {"w1": 2.0, "w2": np.nan, "k1": np.nan, "j1": 12345.6})
+    assert score.mean == pytest.approx((2.0 + 12345.6) / 2)
+    actions = {"w1": "walk", "w2": "walk", "k1": "kick", "j1": "jump"}
+    assert table_by_action([score], "m", actions)[1] == ["a", "12,346", "-", "2.000", "6,174"]
 
 
 def test_table_averages_over_clips_and_repetitions():

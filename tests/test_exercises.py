@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from mocaplab.corruption import corrupt
-from mocaplab.evaluation import rms_moving_deg
 from mocaplab.exercises import NOT_YET, check_gaussian_width, check_noisiest_joint, check_rms
+from mocaplab.measures import rms_moving_deg
 
 
 @pytest.fixture(scope="module")

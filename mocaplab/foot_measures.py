@@ -1,0 +1,67 @@
+"""What feet do on the ground: slide over it, sink into it.
+
+Both need a skeleton with feet, as :func:`mocaplab.movement.foot_points` does, and raise a
+ValueError for any other. The clean motion says where the ground is and when a foot stands; so
+a bad motion cannot lift its feet to score well.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mocaplab.angle_measures import check_pair
+from mocaplab.motion import Motion
+from mocaplab.movement import foot_contacts, foot_heights, foot_points, velocities
+
+
+def foot_skate_cm_s(motion: Motion, clean: Motion, *, cm_per_unit: float) -> float:
+    """Mean horizontal speed of feet while they should stand.
+
+    A foot should stand where :func:`mocaplab.movement.foot_contacts` says so of the clean
+    motion; the heel may rise meanwhile, so of the ball and the tip of the foot, the one that
+    is slower in the clean motion in that frame is looked at.
+
+    Parameters
+    ----------
+    motion, clean : Motion of at least 3 frames
+        Of one skeleton, length and frame time, without gaps; ValueError otherwise.
+    cm_per_unit : float, centimetres in one file unit
+
+    Returns
+    -------
+    float, centimetres of slide per second of contact
+        NaN if no foot ever stands: it is not known whether one would have slid.
+    """
+    check_pair(motion, clean)
+    speed_cm_s, clean_cm_s = (
+        np.linalg.norm(velocities(foot_points(each)[:, :, 1:, [0, 2]], clean.frame_time), axis=-1)
+        * cm_per_unit
+        for each in (motion, clean)
+    )  # (T, 2, 2): left and right, ball and tip
+    stands = foot_contacts(clean, cm_per_unit=cm_per_unit)
+    point = np.argmin(clean_cm_s, axis=-1)[..., None]
+    slide_cm_s = np.take_along_axis(speed_cm_s, point, axis=-1)[..., 0]
+    return float(slide_cm_s[stands].mean()) if stands.any() else np.nan
+
+
+def ground_penetration_cm(motion: Motion, clean: Motion, *, cm_per_unit: float) -> float:
+    """Mean depth of the feet below the ground; a foot above it has depth 0.
+
+    The depth is that of the lowest of ankle, ball and tip; the mean is over all frames and
+    both feet. The ground is at the height below which the lower foot of the clean motion is
+    in a twentieth of all frames, as for :func:`mocaplab.movement.foot_contacts`; so the clean
+    motion itself sinks in a little, too.
+
+    Parameters
+    ----------
+    motion, clean : Motion
+    cm_per_unit : float
+
+    Returns
+    -------
+    float, centimetres
+    """
+    check_pair(motion, clean)
+    ground = np.percentile(foot_heights(clean).min(axis=1), 5)
+    depth = np.maximum(0.0, ground - foot_heights(motion))
+    return float(depth.mean() * cm_per_unit)

@@ -22,7 +22,7 @@ TOOLS = sorted((ROOT / "data_tools").glob("*.py"))
 # Each module may import only modules that stand on a line above its own.
 LAYERS = [
     ["files", "motion", "splits"],
-    ["quaternions", "euler", "findings", "bvh_hierarchy"],
+    ["quaternions", "bootstrap", "euler", "findings", "bvh_hierarchy"],
     ["rotations"],
     ["bvh", "kinematics", "gap_filling", "motion_model", "resampling", "rest_pose", "poses"],
     ["movement", "retargeting", "torch_kinematics"],

@@ -12,10 +12,19 @@ from difflib import get_close_matches
 
 import numpy as np
 
+from mocaplab.capture_faults import (
+    drift,
+    dropped_frames,
+    frozen_frames,
+    quantise,
+    spikes,
+    swaps,
+)
 from mocaplab.euler import make_continuous
-from mocaplab.gaps import gap_mask, hide
-from mocaplab.motion import Corrupted, Motion
-from mocaplab.noise import angular_noise
+from mocaplab.gaps import gap_mask, hide, long_gap_mask
+from mocaplab.motion import Corrupted, Motion, moving_channels
+from mocaplab.noise import angular_noise, biased_noise, uniform_noise, wavering_noise
+from mocaplab.source_noise import source_noise_motion
 
 
 @dataclass(frozen=True)
@@ -47,15 +56,39 @@ def _gaps(motion: Motion, amount: float, *, rng: np.random.Generator) -> Motion:
     return hide(motion, gap_mask(motion, amount, rng=rng))
 
 
+def _joint_gaps(motion: Motion, amount: float, *, rng: np.random.Generator) -> Motion:
+    return hide(motion, gap_mask(motion, amount, whole_joints=True, rng=rng))
+
+
+def _long_gaps(motion: Motion, amount: float, *, rng: np.random.Generator) -> Motion:
+    return hide(motion, long_gap_mask(motion, amount, rng=rng))
+
+
+_DEVIATIONS = "deviations of each angle"
+_STARTS = "starts in 1/120 s"
+
 CORRUPTIONS: dict[str, Corruption] = {
     corruption.name: corruption
     for corruption in (
+        # Paper A
+        Corruption("angular", 0.5, _DEVIATIONS, "Gaussian noise, paper A's k", angular_noise),
+        Corruption("uniform", 0.5, _DEVIATIONS, "the same spread, evenly", uniform_noise),
+        Corruption("biased", 0.5, _DEVIATIONS, "Gaussian noise and a constant", biased_noise),
+        Corruption("wavering", 0.5, _DEVIATIONS, "Gaussian noise and a sine", wavering_noise),
+        Corruption("gaps", 0.001, _STARTS, "short gaps in single angles", _gaps),
+        Corruption("joint_gaps", 0.001, _STARTS, "short gaps in whole joints", _joint_gaps),
+        Corruption("long_gaps", 1.0, "seconds", "one gap in each of three joints", _long_gaps),
+        # Paper B
         Corruption(
-            "angular", 0.5, "x each angle's deviation", "Gaussian noise (paper A)", angular_noise
+            "sources", 1.0, "times paper B's", "bias, jitter, lost joints", source_noise_motion
         ),
-        Corruption(
-            "gaps", 0.001, "starts per channel and 1/120 s", "gaps in single channels", _gaps
-        ),
+        # Real captures
+        Corruption("spikes", 0.5, "per angle and second", "single frames far off", spikes),
+        Corruption("frozen", 0.5, "per second", "the pose is held", frozen_frames),
+        Corruption("dropped", 0.5, "per second", "whole frames are missing", dropped_frames),
+        Corruption("swaps", 0.5, "per second", "left is taken for right", swaps),
+        Corruption("drift", 2.0, "degrees in 1 s", "angles wander off as sqrt(t)", drift),
+        Corruption("quantised", 1.0, "degrees", "angles rounded to steps", quantise),
     )
 }
 """All corruptions by name; a new one is one entry."""
@@ -135,3 +168,23 @@ def corrupt(motion: Motion, recipe: str = "angular:0.5", *, rng: np.random.Gener
     for corruption, amount in steps:
         observed = corruption.apply(observed, amount, rng=rng)
     return Corrupted(clean, observed, ~np.isnan(observed.channels))
+
+
+def snr_db(corrupted: Corrupted) -> float:
+    """Return the signal-to-noise ratio in decibels.
+
+    It is 10 log10 of the movement's power over the error's: the squared distance of every
+    clean sample from its channel's mean, summed, over the squared error, summed. Only
+    channels that move and samples that were observed count. So "k noise" has
+    -20 log10 k dB: 20, 6 and 1 dB for k = 0.1, 0.5 and 0.9 (paper A, section 4).
+
+    Returns
+    -------
+    float, dB; infinite without any error, NaN if nothing was observed
+    """
+    clean, observed = corrupted.clean.channels, corrupted.observed.channels
+    counts = corrupted.mask & moving_channels(corrupted.clean)
+    signal = np.sum((clean - clean.mean(axis=0)) ** 2, where=counts)
+    error = np.sum((observed - clean) ** 2, where=counts)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return float(10 * np.log10(signal / error))

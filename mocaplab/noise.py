@@ -61,3 +61,73 @@ def angular_noise(motion: Motion, k: float, *, rng: np.random.Generator) -> Moti
     check_amount(k, 100, "the noise amount k")
     scale = k * movement_std(motion)
     return motion.with_channels(motion.channels + rng.normal(size=motion.channels.shape) * scale)
+
+
+def uniform_noise(motion: Motion, k: float, *, rng: np.random.Generator) -> Motion:
+    """Add noise that is spread evenly, with the deviation of :func:`angular_noise`.
+
+    It lies between plus and minus sqrt(3) k deviations of the channel, and nothing lies
+    further out. Paper A (section 4, Figure 7) tests uniform noise without its size; with
+    this one, it differs from "k noise" by its shape alone.
+
+    Parameters
+    ----------
+    motion : Motion
+    k : float in [0, 100]
+    rng : numpy.random.Generator
+    """
+    check_amount(k, 100, "the noise amount k")
+    noise = rng.uniform(-np.sqrt(3.0), np.sqrt(3.0), size=motion.channels.shape)
+    return motion.with_channels(motion.channels + k * movement_std(motion) * noise)
+
+
+def biased_noise(
+    motion: Motion, k: float, *, bias_std: float = BIAS_STD, rng: np.random.Generator
+) -> Motion:
+    """Add "k noise" and the same constant to every frame (paper A, section 4, Figure 7).
+
+    The paper does not say how large its bias is or which sign it has. Here it is
+    ``bias_std`` times the channel's deviation and positive in every channel of every
+    clip: no cleaner could learn a bias that is drawn anew for each clip, because a bias
+    cannot be told from another posture.
+
+    Parameters
+    ----------
+    motion : Motion
+    k : float in [0, 100], the noise around the bias
+    bias_std : float in [-100, 100], default 0.5
+    rng : numpy.random.Generator
+    """
+    check_amount(abs(bias_std), 100, "the size of the bias")
+    noisy = angular_noise(motion, k, rng=rng)
+    return noisy.with_channels(noisy.channels + bias_std * movement_std(motion))
+
+
+def wavering_noise(
+    motion: Motion,
+    k: float,
+    *,
+    amplitude_std: float = BIAS_STD,
+    period_s: float = WAVER_PERIOD_S,
+    rng: np.random.Generator,
+) -> Motion:
+    """Add "k noise" and a bias that swings as a sine (paper A, section 4, Figure 7).
+
+    The paper gives no numbers. Here the bias swings by ``amplitude_std`` deviations of the
+    channel to both sides, once in ``period_s``. Where in its swing it begins is random,
+    and is the same for all channels of a clip.
+
+    Parameters
+    ----------
+    motion : Motion
+    k : float in [0, 100], the noise around the bias
+    amplitude_std : float in [0, 100], default 0.5
+    period_s : float over 0, seconds, default 1
+    rng : numpy.random.Generator
+    """
+    check_amount(amplitude_std, 100, "the amplitude of the bias")
+    if not 0 < period_s < np.inf:
+        raise ValueError(f"the period must be over 0 seconds, got {period_s}")
+    noisy = angular_noise(motion, k, rng=rng)
+    swing = np.sin(2 * np.pi * (motion.time_s / period_s + rng.random()))[:, None]
+    return noisy.with_channels(noisy.channels + amplitude_std * swing * movement_std(motion))

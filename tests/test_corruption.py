@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from mocaplab.corruption import CORRUPTIONS, corrupt, parse_recipe
+from mocaplab.corruption import CORRUPTIONS, corrupt, parse_recipe, snr_db
 from mocaplab.gaps import gap_mask
+from mocaplab.motion import Corrupted, moving_channels
 from mocaplab.noise import angular_noise
 
 
@@ -56,3 +57,45 @@ def test_a_clip_with_gaps_is_not_clean(walk):
     channels[5, walk.skeleton.channel_index("LeftLeg.Xrotation")] = np.nan
     with pytest.raises(ValueError, match=r"got a gap in LeftLeg\.Xrotation in frame 5"):
         corrupt(walk.with_channels(channels), rng=np.random.default_rng(0))
+
+
+@pytest.mark.parametrize("name", CORRUPTIONS)
+def test_every_corruption_by_its_default(walk, name):
+    corrupted, again = (corrupt(walk, name, rng=np.random.default_rng(5)) for _ in range(2))
+    observed = corrupted.observed.channels
+    np.testing.assert_array_equal(observed, again.observed.channels)
+    still = ~walk.skeleton.is_cleaned
+    np.testing.assert_array_equal(observed[:, still], corrupted.clean.channels[:, still])
+    constant = ~moving_channels(walk)
+    same = (observed == corrupted.clean.channels) | np.isnan(observed)
+    assert same[:, constant].all()
+    assert not np.array_equal(observed, walk.channels)
+    assert CORRUPTIONS[name].name == name
+    with pytest.raises(ValueError, match=r"must lie|must last"):
+        corrupt(walk, f"{name}:-1", rng=np.random.default_rng(0))
+    with pytest.raises(ValueError, match=r"must lie|must last"):
+        corrupt(walk, f"{name}:nan", rng=np.random.default_rng(0))
+
+
+@pytest.mark.parametrize("name", CORRUPTIONS)
+def test_every_corruption_takes_a_motion_with_gaps(walk, name):
+    alone = corrupt(walk, "gaps:0.01", rng=np.random.default_rng(0))
+    after = corrupt(walk, f"gaps:0.01+{name}", rng=np.random.default_rng(0))
+    assert not alone.mask.all()
+    assert after.mask.mean() < 0.9
+    assert after.mask.mean() > 0.5
+
+
+@pytest.mark.parametrize(("k", "decibels"), [(0.1, 20.0), (0.5, 6.02), (0.9, 0.915)])
+def test_signal_to_noise_ratio_of_k_noise(walk, k, decibels):
+    corrupted = corrupt(walk, f"angular:{k}", rng=np.random.default_rng(0))
+    assert snr_db(corrupted) == pytest.approx(decibels, abs=0.15)
+    with_gaps = corrupt(walk, f"angular:{k}+gaps:0.01", rng=np.random.default_rng(0))
+    assert snr_db(with_gaps) == pytest.approx(decibels, abs=0.3)
+
+
+def test_signal_to_noise_ratio_at_its_ends(walk):
+    assert snr_db(corrupt(walk, "gaps", rng=np.random.default_rng(0))) == np.inf
+    hidden = np.where(walk.skeleton.is_cleaned, np.nan, walk.channels)
+    nothing = Corrupted(walk, walk.with_channels(hidden), ~np.isnan(hidden))
+    assert np.isnan(snr_db(nothing))

@@ -1,0 +1,205 @@
+"""Faults that real captures have and the papers leave out.
+
+Spikes, frozen and dropped frames, left and right mixed up, drift and rounding. As
+everywhere, the root stays clean and so do channels that never move.
+
+How often a fault comes is given in hertz, faults a second, and how long it stays in
+seconds: a clip at 30 frames per second is spoilt as much as one at 120.
+"""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+
+from mocaplab.gaps import PAPER_FPS, draw_runs, hide
+from mocaplab.motion import BoolArray, FloatArray, IntArray, Motion, Skeleton, moving_channels
+from mocaplab.noise import check_amount, movement_std
+
+SPIKE_STD = 3.0
+"""Height of a spike in standard deviations of its channel: outside all true movement."""
+FAULT_S = 0.05
+"""Mean time for which frames are frozen, dropped or swapped: 6 frames at 120 a second."""
+
+_SIDES = (
+    (r"Left", "Right"),
+    (r"left", "right"),
+    (r"^L(?=[A-Z_])", "R"),  # LThumb, L_Knee
+    (r"^l(?=[A-Z_])", "r"),  # lThigh
+    (r"(?<=[._])L$", "R"),  # thigh.L
+    (r"(?<=[._])l$", "r"),
+)
+
+
+def spikes(motion: Motion, rate_hz: float, *, rng: np.random.Generator) -> Motion:
+    """Throw single samples far off, as a marker does that is taken for another.
+
+    Each spike is one frame long, in one channel, ``SPIKE_STD`` deviations of the channel up
+    or down.
+
+    Parameters
+    ----------
+    motion : Motion
+    rate_hz : float in [0, 1000], spikes per channel and second
+    rng : numpy.random.Generator
+    """
+    hit = rng.random(motion.channels.shape) < _probability(rate_hz, motion.frame_time)
+    sign = rng.choice([-1.0, 1.0], size=hit.shape)
+    return motion.with_channels(motion.channels + hit * sign * SPIKE_STD * movement_std(motion))
+
+
+def frozen_frames(motion: Motion, rate_hz: float, *, rng: np.random.Generator) -> Motion:
+    """Hold the whole pose for some frames, as a system does that waits for data.
+
+    The root moves on, because this library takes its path as clean.
+
+    Parameters
+    ----------
+    motion : Motion
+    rate_hz : float in [0, 1000], freezes a second, each ``FAULT_S`` long on average
+    rng : numpy.random.Generator
+    """
+    frozen = _draw_frames(motion, rate_hz, rng)
+    held = np.maximum.accumulate(np.where(frozen, 0, np.arange(motion.n_frames)))
+    cleaned = motion.skeleton.is_cleaned
+    return motion.with_channels(np.where(cleaned, motion.channels[held], motion.channels))
+
+
+def dropped_frames(motion: Motion, rate_hz: float, *, rng: np.random.Generator) -> Motion:
+    """Lose whole frames: NaN in every joint angle but the root's.
+
+    The first and the last frame stay.
+
+    Parameters
+    ----------
+    motion : Motion
+    rate_hz : float in [0, 1000], drops a second, each ``FAULT_S`` long on average
+    rng : numpy.random.Generator
+    """
+    dropped = _draw_frames(motion, rate_hz, rng)
+    return hide(motion, ~(dropped[:, None] & motion.skeleton.is_cleaned))
+
+
+def swaps(motion: Motion, rate_hz: float, *, rng: np.random.Generator) -> Motion:
+    """Take left for right for some frames, as pose estimators do.
+
+    Each limb does what the other one did, in a mirror: turns about the axis from left to
+    right stay, the other two change their sign, in whatever Euler order. That axis is the
+    one along which the offsets of left and right differ most.
+
+    Parameters
+    ----------
+    motion : Motion
+    rate_hz : float in [0, 1000], swaps a second, each ``FAULT_S`` long on average
+    rng : numpy.random.Generator
+
+    Raises
+    ------
+    ValueError
+        If no two joints are named as left and right, or two differ in their channels.
+    """
+    source, sign = _mirror(motion.skeleton)
+    swapped = _draw_frames(motion, rate_hz, rng)
+    mirrored = sign * motion.channels[:, source]
+    return motion.with_channels(np.where(swapped[:, None], mirrored, motion.channels))
+
+
+def _mirror(skeleton: Skeleton) -> tuple[IntArray, FloatArray]:
+    """Find the channel that each channel takes its value from, and with which sign.
+
+    Channels without a partner keep theirs.
+    """
+    pairs = left_right_pairs(skeleton)
+    left, right = np.array(pairs).T
+    apart = np.abs(skeleton.offsets[left] - skeleton.offsets[right]).sum(axis=0)
+    axis = "XYZ"[np.argmax(apart)]
+    kinds = zip(skeleton.channel_joint.tolist(), skeleton.channel_kind, strict=True)
+    column = {joint_and_kind: channel for channel, joint_and_kind in enumerate(kinds)}
+    source = np.arange(skeleton.n_channels)
+    sign = np.ones(skeleton.n_channels)
+    for here, there in [*pairs, *((right, left) for left, right in pairs)]:
+        if set(skeleton.channel_names[here]) != set(skeleton.channel_names[there]):
+            names = f"{skeleton.joint_names[here]!r} and {skeleton.joint_names[there]!r}"
+            raise ValueError(f"expected the same channels in joints {names}, to swap them")
+        for kind in filter(lambda kind: kind.endswith("rotation"), skeleton.channel_names[here]):
+            source[column[here, kind]] = column[there, kind]
+            sign[column[here, kind]] = 1.0 if kind[0] == axis else -1.0
+    return source, sign
+
+
+def left_right_pairs(skeleton: Skeleton) -> list[tuple[int, int]]:
+    """Find the joints whose names differ by side only: LeftLeg and RightLeg, lThigh and rThigh.
+
+    Returns
+    -------
+    list of (left, right), joint indices
+
+    Raises
+    ------
+    ValueError
+        If there is none.
+    """
+    index = {name: joint for joint, name in enumerate(skeleton.joint_names)}
+    pairs = []
+    for joint, name in enumerate(skeleton.joint_names):
+        others = (re.sub(left, right, name) for left, right in _SIDES)
+        partner = next((index[other] for other in others if other != name and other in index), None)
+        if partner is not None:
+            pairs.append((joint, partner))
+    if not pairs:
+        raise ValueError(
+            f"expected joints named LeftLeg and RightLeg or lThigh and rThigh, got "
+            f"{', '.join(skeleton.joint_names)}"
+        )
+    return pairs
+
+
+def drift(motion: Motion, rate_deg: float, *, rng: np.random.Generator) -> Motion:
+    """Let every angle wander off slowly, as inertial suits do.
+
+    This is the "angle random walk" by which gyroscopes are rated: independent steps add
+    up, so that the deviation after t seconds is ``rate_deg`` times the square root of t.
+    The first frame is right.
+
+    Parameters
+    ----------
+    motion : Motion
+    rate_deg : float in [0, 180], degrees per square root of a second
+    rng : numpy.random.Generator
+    """
+    check_amount(rate_deg, 180, "the drift in degrees per square root of a second")
+    steps = rng.normal(size=motion.channels.shape) * rate_deg * np.sqrt(motion.frame_time)
+    steps[0] = 0.0
+    return motion.with_channels(motion.channels + steps.cumsum(axis=0) * moving_channels(motion))
+
+
+def quantise(motion: Motion, step_deg: float, *, rng: np.random.Generator) -> Motion:
+    """Round every angle that moves to whole steps, as a file with few digits does.
+
+    Parameters
+    ----------
+    motion : Motion
+    step_deg : float in [0, 180], degrees; 0 rounds nothing
+    rng : numpy.random.Generator
+        Not used: it is there because every corruption is called in the same way.
+    """
+    check_amount(step_deg, 180, "the step in degrees")
+    if step_deg == 0:
+        return motion
+    rounded = np.round(motion.channels / step_deg) * step_deg
+    return motion.with_channels(np.where(moving_channels(motion), rounded, motion.channels))
+
+
+def _probability(rate_hz: float, duration_s: float) -> float:
+    """Return the chance of at least one event in some time, when events come at random."""
+    check_amount(rate_hz, 1000, "the rate in hertz")
+    return float(-np.expm1(-rate_hz * duration_s))
+
+
+def _draw_frames(motion: Motion, rate_hz: float, rng: np.random.Generator) -> BoolArray:
+    """Draw runs of frames, shape (T,); the first and the last frame are never in one."""
+    probability = _probability(rate_hz, 1 / PAPER_FPS)
+    inside = draw_runs((motion.n_frames,), motion.frame_time, probability, FAULT_S, rng)
+    inside[[0, -1]] = False
+    return inside

@@ -11,19 +11,21 @@ import numpy as np
 
 from mocaplab.angle_measures import check_pair
 from mocaplab.motion import Motion
-from mocaplab.movement import foot_contacts, foot_heights, foot_points, velocities
+from mocaplab.movement import foot_contacts, foot_heights, foot_points
+from mocaplab.position_measures import derivative
 
 
 def foot_skate_cm_s(motion: Motion, clean: Motion, *, cm_per_unit: float) -> float:
     """Mean horizontal speed of feet while they should stand.
 
     A foot should stand where :func:`mocaplab.movement.foot_contacts` says so of the clean
-    motion; the heel may rise meanwhile, so of the ball and the tip of the foot, the one that
-    is slower in the clean motion in that frame is looked at.
+    motion, now and a step later (:func:`mocaplab.position_measures.derivative`). The heel may
+    rise meanwhile: of the ball and the tip of the foot, the one that is slower in the clean
+    motion is looked at. So the clean motion itself slides a little, too.
 
     Parameters
     ----------
-    motion, clean : Motion of at least 3 frames
+    motion, clean : Motion
         Of one skeleton, length and frame time, without gaps; ValueError otherwise.
     cm_per_unit : float, centimetres in one file unit
 
@@ -34,11 +36,12 @@ def foot_skate_cm_s(motion: Motion, clean: Motion, *, cm_per_unit: float) -> flo
     """
     check_pair(motion, clean)
     speed_cm_s, clean_cm_s = (
-        np.linalg.norm(velocities(foot_points(each)[:, :, 1:, [0, 2]], clean.frame_time), axis=-1)
-        * cm_per_unit
-        for each in (motion, clean)
-    )  # (T, 2, 2): left and right, ball and tip
-    stands = foot_contacts(clean, cm_per_unit=cm_per_unit)
+        np.linalg.norm(derivative(path, 1, clean.frame_time), axis=-1) * cm_per_unit
+        for path in (foot_points(each)[:, :, 1:, [0, 2]] for each in (motion, clean))
+    )  # (T - step, 2, 2): left and right, ball and tip
+    contacts = foot_contacts(clean, cm_per_unit=cm_per_unit)
+    step = len(contacts) - len(speed_cm_s)
+    stands = contacts[:-step] & contacts[step:]
     point = np.argmin(clean_cm_s, axis=-1)[..., None]
     slide_cm_s = np.take_along_axis(speed_cm_s, point, axis=-1)[..., 0]
     return float(slide_cm_s[stands].mean()) if stands.any() else np.nan

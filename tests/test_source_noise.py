@@ -51,7 +51,7 @@ def test_lost_tracking_hits_whole_joints_in_single_frames():
     assert lost.mean() == pytest.approx(0.03, rel=0.03)
     assert (noisy[lost] != NO_TURN[lost]).all()
     # Frames are lost one by one: the frame after a lost one is no likelier to be lost.
-    assert lost[1:][lost[:-1]].mean() == pytest.approx(0.03, rel=0.1)
+    assert lost[1:][lost[:-1]].mean() == pytest.approx(0.03, rel=0.3)
     # (1, 0, 0, 0) + N(0, 1): x / w is a ratio of Gaussians, so half of them are far off.
     assert np.median(np.abs(noisy[lost][:, 0])) < 0.75
 

@@ -28,11 +28,12 @@ from typing import Any
 import numpy as np
 from tqdm import tqdm
 
-from data_tools.corruptions import RECIPES, corrupted_to_bytes, draw_seed
+from data_tools.corruptions import RECIPES, corrupted_to_bytes
 from data_tools.fetching import sha256
 from mocaplab import __version__
 from mocaplab.corruption import corrupt
 from mocaplab.datasets import Dataset, clip_digest, load_dataset
+from mocaplab.draws import draw_seed
 from mocaplab.files import write_atomically
 from mocaplab.motion import Motion
 

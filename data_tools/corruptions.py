@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import io
 from pathlib import Path
 from typing import Any
@@ -19,12 +18,6 @@ RECIPES: dict[str, str] = {
     "noise_0.5_gaps": "angular:0.5+gaps:0.001",
 }
 """All corruptions of the benchmark: a name, which is a folder's, and its recipe."""
-
-
-def draw_seed(seed: int, digest: str, corruption: str, repetition: int) -> list[int]:
-    """Make the numbers that seed one file's random generator."""
-    name = hashlib.sha256(f"{digest}/{corruption}".encode()).digest()
-    return [seed, repetition, int.from_bytes(name[:8], "big")]
 
 
 def corrupted_to_bytes(corrupted: Corrupted, dtype: str) -> bytes:

@@ -7,9 +7,10 @@ import pytest
 
 from data_tools import benchmark
 from data_tools.benchmark import main, verify, write_benchmark
-from data_tools.corruptions import RECIPES, draw_seed, read_file
+from data_tools.corruptions import RECIPES, read_file
 from mocaplab.corruption import corrupt
 from mocaplab.datasets import Dataset
+from mocaplab.draws import draw_seed
 from mocaplab.files import write_atomically
 
 N_FILES = 2 * 2 * len(RECIPES)

@@ -7,15 +7,15 @@ without a measurement: the model bridges it, and needs nobody to fill it.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mocaplab.filters import Smoother
 from mocaplab.motion import CONSTANT_STD_DEG, BoolArray, Corrupted, FloatArray
 from mocaplab.tuning import tune, tune_per_channel
 
-JERK_GRID = np.geomspace(1e2, 1e12, 31)
+JERK_GRID = np.geomspace(1e4, 1e12, 17)
 """The jerk densities that tuning tries, degrees² / second⁵."""
 
 # State of a channel: angle, velocity and acceleration per frame (not per second), in units of
@@ -48,11 +48,12 @@ def noise_variance(values: FloatArray) -> FloatArray:
     known = ~np.isnan(size).all(axis=0)
     # The median of |x| is 0.6745 standard deviations of a Gaussian x.
     deviation[known] = np.nanmedian(size[:, known], axis=0) / (0.6745 * np.sqrt(20))
-    return np.maximum(deviation, CONSTANT_STD_DEG) ** 2
+    variance: FloatArray = np.maximum(deviation, CONSTANT_STD_DEG) ** 2
+    return variance
 
 
 def kalman_smooth(
-    values: FloatArray, jerk_density: float, variance: FloatArray, frame_time: float
+    values: FloatArray, jerk_density: ArrayLike, variance: FloatArray, frame_time: float
 ) -> FloatArray:
     """Find the most likely course of each channel, given all its samples.
 
@@ -64,7 +65,7 @@ def kalman_smooth(
     Parameters
     ----------
     values : array, shape (T, C), degrees; NaN where nothing was observed
-    jerk_density : float, degrees² / second⁵
+    jerk_density : float or array, shape (C,), degrees² / second⁵
         Spectral density of the random jerk: more of it follows faster movement.
     variance : array, shape (C,), squared degrees
         Of the measurement noise.
@@ -81,7 +82,7 @@ def kalman_smooth(
     measured = np.where(seen, (values - start) / unit, 0.0)
     # Channels come last. A covariance is 9 numbers: F P F' is one product for all channels.
     propagate = np.kron(TRANSITION, TRANSITION)
-    added = np.outer(JERK_COVARIANCE, jerk_density * frame_time**5 / variance)
+    added = np.outer(JERK_COVARIANCE, np.asarray(jerk_density) * frame_time**5 / variance)
 
     state = np.zeros((3, n_channels))
     covariance = np.tile(START_VARIANCE * np.eye(3).reshape(9, 1), n_channels)
@@ -108,7 +109,6 @@ def kalman_smooth(
     return smoothed * unit + start
 
 
-@dataclass(frozen=True)
 class KalmanSmoother(Smoother):
     """A constant-acceleration Kalman smoother for each channel, driven by white jerk.
 
@@ -117,28 +117,31 @@ class KalmanSmoother(Smoother):
 
     Parameters
     ----------
-    jerk_density : float, degrees² / second⁵
+    jerk_density : float or array, shape (C,), degrees² / second⁵
 
     Raises
     ------
     ValueError
-        If the density is not positive.
+        If a density is not positive, or (when it smooths) there is not one a channel.
     """
 
-    jerk_density: float
-
-    def __post_init__(self) -> None:
-        if not 0 < self.jerk_density < np.inf:
-            raise ValueError(f"jerk_density must be a positive number, got {self.jerk_density}")
+    def __init__(self, jerk_density: ArrayLike):
+        self.jerk_density = np.asarray(jerk_density, dtype=np.float64)
+        if not (np.isfinite(self.jerk_density).all() and (self.jerk_density > 0).all()):
+            raise ValueError(f"jerk_density must be positive numbers, got {jerk_density}")
 
     def smooth(self, values: FloatArray, mask: BoolArray, frame_time: float) -> FloatArray:
         """Return the smoothed channels; what was filled in gaps is not looked at."""
+        if self.jerk_density.shape not in [(), values.shape[1:]]:
+            raise ValueError(f"tuned for {self.jerk_density.size} channels, got {values.shape[1]}")
         seen = np.where(mask, values, np.nan)
         smoothed = kalman_smooth(seen, self.jerk_density, noise_variance(seen), frame_time)
         return np.where(mask.any(axis=0), smoothed, values)  # never observed: at rest
 
 
-def fit_kalman(clips: Sequence[Corrupted], *, per_channel: bool = False) -> Smoother:
-    """Tune a Kalman smoother on training clips."""
+def fit_kalman(clips: Sequence[Corrupted], *, per_channel: bool = False) -> KalmanSmoother:
+    """Tune the jerk density of a Kalman smoother on training clips."""
     candidates = [KalmanSmoother(density) for density in JERK_GRID]
-    return tune_per_channel(candidates, clips) if per_channel else tune(candidates, clips)
+    if per_channel:  # one recursion for all channels is faster than one for each density
+        return KalmanSmoother(JERK_GRID[list(tune_per_channel(candidates, clips).choice)])
+    return tune(candidates, clips)

@@ -85,7 +85,7 @@ class SavitzkyGolay(Smoother):
 def fit_savgol(clips: Sequence[Corrupted], *, per_channel: bool = False) -> Smoother:
     """Tune a Savitzky-Golay filter on training clips."""
     fps = lowest_fps(clips)
-    grid = product(np.geomspace(0.05, 1.0, 16).round(3), (2, 4))
+    grid = product(np.geomspace(0.05, 1.0, 16).round(3).tolist(), (2, 4))
     usable = [SavitzkyGolay(w, order) for w, order in grid if odd_frames(w, 1 / fps) > order]
     return tune_per_channel(usable, clips) if per_channel else tune(usable, clips)
 
@@ -142,7 +142,7 @@ class Butterworth(Smoother):
 def fit_butterworth(clips: Sequence[Corrupted], *, per_channel: bool = False) -> Smoother:
     """Tune a zero-lag Butterworth filter on training clips."""
     fps = lowest_fps(clips)
-    grid = np.geomspace(1.0, 30.0, 30).round(2)
+    grid = np.geomspace(1.0, 30.0, 30).round(2).tolist()
     usable = [Butterworth(cutoff) for cutoff in grid if cutoff < fps / 2]
     return tune_per_channel(usable, clips) if per_channel else tune(usable, clips)
 
@@ -194,7 +194,9 @@ class MedianGaussian(Smoother):
 def fit_median_gaussian(clips: Sequence[Corrupted], *, per_channel: bool = False) -> Smoother:
     """Tune a median and Gaussian on training clips."""
     fps = lowest_fps(clips)
-    grid = product((0.025, 0.042, 0.075, 0.1, 0.2), np.geomspace(0.008, 0.125, 13).round(4))
+    grid = product(
+        (0.025, 0.042, 0.075, 0.1, 0.2), np.geomspace(0.008, 0.125, 13).round(4).tolist()
+    )
     usable = [MedianGaussian(w, sigma) for w, sigma in grid if odd_frames(w, 1 / fps) >= 3]
     return tune_per_channel(usable, clips) if per_channel else tune(usable, clips)
 
@@ -246,7 +248,7 @@ def _new_share(cutoff_hz: ArrayLike, frame_time: float) -> FloatArray:
 
 def fit_one_euro(clips: Sequence[Corrupted], *, per_channel: bool = False) -> Smoother:
     """Tune a One-Euro filter on training clips."""
-    cutoffs = np.geomspace(0.5, 16.0, 11).round(2)
+    cutoffs = np.geomspace(0.5, 16.0, 11).round(2).tolist()
     betas = (0.0, 0.003, 0.01, 0.03, 0.1, 0.3)
     candidates = [OneEuro(cutoff, beta) for cutoff, beta in product(cutoffs, betas)]
     return tune_per_channel(candidates, clips) if per_channel else tune(candidates, clips)

@@ -81,6 +81,16 @@ def dropped_frames(motion: Motion, rate_hz: float, *, rng: np.random.Generator) 
     return hide(motion, ~(dropped[:, None] & motion.skeleton.is_cleaned))
 
 
+def hold_gaps(motion: Motion) -> Motion:
+    """Put the last observed value in place of NaN, as files do that cannot say "missing".
+
+    A gap at the start of a clip has none, and stays NaN.
+    """
+    frames = np.arange(motion.n_frames)[:, None]
+    last = np.maximum.accumulate(np.where(np.isnan(motion.channels), 0, frames), axis=0)
+    return motion.with_channels(np.take_along_axis(motion.channels, last, axis=0))
+
+
 def swaps(motion: Motion, rate_hz: float, *, rng: np.random.Generator) -> Motion:
     """Take left for right for some frames, as pose estimators do.
 

@@ -77,7 +77,7 @@ CORRUPTIONS: dict[str, Corruption] = {
         Corruption("wavering", 0.5, _DEVIATIONS, "Gaussian noise and a sine", wavering_noise),
         Corruption("gaps", 0.001, _STARTS, "short gaps in single angles", _gaps),
         Corruption("joint_gaps", 0.001, _STARTS, "short gaps in whole joints", _joint_gaps),
-        Corruption("long_gaps", 1.0, "seconds", "one gap in each of three joints", _long_gaps),
+        Corruption("long_gaps", 1.0, "s", "one gap in each of three joints", _long_gaps),
         # Paper B
         Corruption(
             "sources", 1.0, "times paper B's", "bias, jitter, lost joints", source_noise_motion
@@ -87,11 +87,20 @@ CORRUPTIONS: dict[str, Corruption] = {
         Corruption("frozen", 0.5, "per second", "the pose is held", frozen_frames),
         Corruption("dropped", 0.5, "per second", "whole frames are missing", dropped_frames),
         Corruption("swaps", 0.5, "per second", "left is taken for right", swaps),
-        Corruption("drift", 2.0, "degrees in 1 s", "angles wander off as sqrt(t)", drift),
-        Corruption("quantised", 1.0, "degrees", "angles rounded to steps", quantise),
+        Corruption("drift", 2.0, "deg in 1 s", "angles wander off as sqrt(t)", drift),
+        Corruption("quantised", 1.0, "deg a step", "angles rounded to steps", quantise),
     )
 }
 """All corruptions by name; a new one is one entry."""
+
+
+def corruption_table() -> str:
+    """List all corruptions with their default amounts and units, a line each."""
+    rows = [(c.name, f"{c.amount:g} {c.unit}", c.summary) for c in CORRUPTIONS.values()]
+    widths = [max(len(row[i]) for row in rows) for i in range(2)]
+    return "\n".join(
+        f"  {name:{widths[0]}}  {amount:{widths[1]}}  {summary}" for name, amount, summary in rows
+    )
 
 
 def parse_recipe(recipe: str) -> list[tuple[Corruption, float]]:

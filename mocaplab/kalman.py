@@ -128,7 +128,7 @@ class KalmanSmoother(Smoother):
     def __init__(self, jerk_density: ArrayLike):
         self.jerk_density = np.asarray(jerk_density, dtype=np.float64)
         if not (np.isfinite(self.jerk_density).all() and (self.jerk_density > 0).all()):
-            raise ValueError(f"jerk_density must be positive numbers, got {jerk_density}")
+            raise ValueError(f"jerk_density must be positive numbers, got {self.jerk_density}")
 
     def smooth(self, values: FloatArray, mask: BoolArray, frame_time: float) -> FloatArray:
         """Return the smoothed channels; what was filled in gaps is not looked at."""

@@ -1,0 +1,89 @@
+"""Every method that cleans a motion, by name: what the comparisons run over.
+
+A further method is one more line in ``METHODS``. A ``fit`` sees training clips only, and
+what it returns never sees a clean motion.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+from mocaplab.filters import Denoiser, GaussianDenoiser, Untouched, tune_gaussian
+from mocaplab.kalman import fit_kalman
+from mocaplab.motion import Corrupted
+from mocaplab.smoothers import (
+    Butterworth,
+    fit_butterworth,
+    fit_median_gaussian,
+    fit_one_euro,
+    fit_savgol,
+)
+
+Fit = Callable[[Sequence[Corrupted]], Denoiser]
+
+
+@dataclass(frozen=True)
+class Method:
+    """A way to clean motions.
+
+    Parameters
+    ----------
+    name : str
+        For the command line and for files.
+    label : str
+        For titles and tables.
+    fit : function
+        Takes the training clips, a list of Corrupted, and returns a Denoiser.
+    """
+
+    name: str
+    label: str
+    fit: Fit
+
+
+def _untuned(denoiser: Denoiser) -> Fit:
+    return lambda clips: denoiser
+
+
+def _fit_wiener(clips: Sequence[Corrupted]) -> Denoiser:
+    from mocaplab.wiener import fit_wiener
+
+    return fit_wiener(clips)
+
+
+METHODS: dict[str, Method] = {
+    method.name: method
+    for method in (
+        Method("noisy", "observed, gaps filled", _untuned(Untouched())),
+        Method("gaussian_58", "Gaussian 58 ms", _untuned(GaussianDenoiser(0.058))),
+        Method("gaussian_125", "Gaussian 125 ms", _untuned(GaussianDenoiser(0.125))),
+        Method(
+            "gaussian_tuned",
+            "Gaussian tuned",
+            lambda clips: GaussianDenoiser(tune_gaussian(clips)[0]),
+        ),
+        Method(
+            "gaussian_tuned_channel",
+            "Gaussian tuned per channel",
+            lambda clips: GaussianDenoiser(tune_gaussian(clips)[1]),
+        ),
+        Method("savgol", "Savitzky-Golay", fit_savgol),
+        Method("butterworth", "Butterworth tuned", fit_butterworth),
+        Method(
+            "butterworth_channel",
+            "Butterworth tuned per channel",
+            partial(fit_butterworth, per_channel=True),
+        ),
+        Method("butterworth_6hz", "Butterworth 6 Hz", _untuned(Butterworth(6.0))),
+        Method("median_gaussian", "median and Gaussian", fit_median_gaussian),
+        Method("one_euro", "One-Euro (causal)", fit_one_euro),
+        Method("kalman", "Kalman smoother", fit_kalman),
+        Method(
+            "kalman_channel", "Kalman smoother per channel", partial(fit_kalman, per_channel=True)
+        ),
+        Method("wiener", "Wiener", _fit_wiener),
+    )
+}
+"""All methods by name."""

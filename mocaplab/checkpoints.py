@@ -20,10 +20,11 @@ from safetensors import SafetensorError, safe_open
 from safetensors.torch import save
 
 from mocaplab.files import write_atomically
+from mocaplab.layers import Network
 from mocaplab.motion import BoolArray, FloatArray, Skeleton
-from mocaplab.networks import EBF, EBFConfig
+from mocaplab.networks import NETWORKS, build_network
 
-FORMAT = "mocaplab-ebf-1"
+FORMAT = "mocaplab-network-1"
 
 
 class CheckpointError(ValueError):
@@ -32,11 +33,11 @@ class CheckpointError(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class Checkpoint:
-    """A trained EBF and all that it takes to use it.
+    """A trained network and all that it takes to use it.
 
     Parameters
     ----------
-    model : EBF
+    model : a network of :mod:`mocaplab.networks`
     constant : array, shape (C,), bool
         Channels that never moved in training; the network knows nothing of them.
     channel_labels : tuple of C str
@@ -54,7 +55,7 @@ class Checkpoint:
         If shapes, types or values do not fit together.
     """
 
-    model: EBF
+    model: Network
     constant: BoolArray
     channel_labels: tuple[str, ...]
     frame_time: float
@@ -119,6 +120,7 @@ def save_checkpoint(checkpoint: Checkpoint, path: str | os.PathLike[str]) -> Non
     tensors["gaussian_per_channel_s"] = torch.from_numpy(checkpoint.gaussian_per_channel_s)
     header = {
         "format": FORMAT,
+        "network": type(checkpoint.model).__name__,
         "config": asdict(checkpoint.model.config),
         "channel_labels": checkpoint.channel_labels,
         "frame_time": checkpoint.frame_time,
@@ -143,12 +145,12 @@ def load_checkpoint(path: str | os.PathLike[str]) -> Checkpoint:
         raise CheckpointError(f"{path}: expected format {FORMAT}, got {header.get('format')}")
     with refuse_damage(path):
         weights = tensors_under(tensors, "model.")
-        config = EBFConfig(**header["config"])
+        config = NETWORKS[header["network"]][1](**header["config"])
         with torch.device("meta"):  # takes no memory, whatever sizes the header claims
-            expected = EBF(config, seed=0).state_dict()
+            expected = build_network(config, seed=0).state_dict()
         if {k: v.shape for k, v in weights.items()} != {k: v.shape for k, v in expected.items()}:
             raise ValueError("the weights do not fit the configuration")
-        model = EBF(config, seed=0)
+        model = build_network(config, seed=0)
         model.load_state_dict(weights)
         return Checkpoint(
             model=model.eval(),

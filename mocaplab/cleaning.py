@@ -10,11 +10,11 @@ import numpy as np
 import torch
 
 from mocaplab.checkpoints import Checkpoint, load_checkpoint
-from mocaplab.filters import filter_motion
+from mocaplab.filters import filter_motion, gaussian_filter
 from mocaplab.gap_filling import lerp_gaps
 from mocaplab.motion import BoolArray, FloatArray, Motion, moving_channels
 from mocaplab.movement import jitter, root_angular_velocity
-from mocaplab.networks import adaptive_gaussian
+from mocaplab.networks import EBF
 from mocaplab.normalization import standardize
 
 
@@ -76,33 +76,46 @@ class Cleaner:
         Returns
         -------
         array, shape (T, C), seconds; 0 for channels that are not smoothed
+
+        Raises
+        ------
+        ValueError
+            If the model is not one that predicts widths, or was trained for another skeleton.
         """
         self.checkpoint.require(motion.skeleton, motion.frame_time, motion.name)
-        columns = motion.skeleton.is_cleaned
-        mean, std = motion.channels.mean(axis=0), motion.channels.std(axis=0)
-        pose = standardize(motion.channels, mean, std)
-        inputs = pose[:, columns], root_angular_velocity(motion)
+        model = self.checkpoint.model
+        if not isinstance(model, EBF) or model.config.kernel != "gaussian":
+            raise ValueError(f"{type(model).__name__} predicts no widths of Gaussians")
+        inputs, _ = self._inputs(motion)
         with torch.no_grad():
-            sigma = self.checkpoint.model(*(torch.from_numpy(x).float()[None] for x in inputs))
+            sigma, _ = model.predict(*inputs)
         result = np.zeros_like(motion.channels)
-        result[:, columns] = sigma[0].numpy() * motion.frame_time
+        result[:, motion.skeleton.is_cleaned] = sigma[0].numpy() * motion.frame_time
         result[:, self.checkpoint.constant] = self.checkpoint.gaussian_s
         result[:, ~moving_channels(motion)] = 0.0
         return result
 
+    def _inputs(self, motion: Motion) -> tuple[list[torch.Tensor], FloatArray]:
+        """Return the pose and the root's velocity as a batch of one, and the pose's scale."""
+        columns = motion.skeleton.is_cleaned
+        mean, std = motion.channels.mean(axis=0), motion.channels.std(axis=0)
+        pose = standardize(motion.channels, mean, std)[:, columns]
+        inputs = [torch.from_numpy(x).float()[None] for x in (pose, root_angular_velocity(motion))]
+        return inputs, std[columns]
+
     def _smooth(self, motion: Motion) -> FloatArray:
-        """Apply the predicted filters to a continuous motion without gaps."""
-        sigma = self.predict_sigma_s(motion) / motion.frame_time
-        columns = sigma.any(axis=0)
-        # Around its mean, so that no digits are lost to the size of the angles.
-        mean = motion.channels[:, columns].mean(axis=0)
-        smooth = adaptive_gaussian(
-            torch.from_numpy(motion.channels[:, columns] - mean)[None],
-            torch.from_numpy(sigma[:, columns])[None],
-            self.checkpoint.model.config.radius,
-        )
+        """Clean a continuous motion without gaps."""
+        inputs, scale = self._inputs(motion)
+        with torch.no_grad():
+            change = self.checkpoint.model(*inputs) - inputs[0]
         result = motion.channels.copy()
-        result[:, columns] = smooth[0].numpy() + mean
+        # Adding the change to the angles keeps the digits that float32 has no room for.
+        result[:, motion.skeleton.is_cleaned] += change[0].numpy() * scale
+        unknown = self.checkpoint.constant & moving_channels(motion)
+        width_s = self.checkpoint.gaussian_s
+        result[:, unknown] = gaussian_filter(
+            motion.channels[:, unknown], width_s, motion.frame_time
+        )
         return result
 
 

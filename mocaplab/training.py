@@ -26,8 +26,9 @@ from mocaplab.corruption import corrupt
 from mocaplab.datasets import clip_digest
 from mocaplab.files import write_atomically
 from mocaplab.filters import tune_gaussian
+from mocaplab.layers import Network, seeded
 from mocaplab.motion import CONSTANT_STD_DEG, BoolArray, Motion, moving_channels
-from mocaplab.networks import EBF, EBFConfig, adaptive_gaussian, seeded
+from mocaplab.networks import EBFConfig, build_network
 from mocaplab.normalization import constant_channels, standardize
 
 
@@ -60,16 +61,18 @@ class TrainConfig:
 def train(
     clips: Sequence[Motion],
     config: TrainConfig,
+    model_config: Any = None,
     *,
     state_path: str | os.PathLike[str] | None = None,
     progress: bool = True,
 ) -> Checkpoint:
-    """Train an EBF.
+    """Train a network, by default an EBF.
 
     Parameters
     ----------
     clips : list of Motion, clean, continuous, of one skeleton and frame rate
     config : TrainConfig
+    model_config : configuration of a network in :mod:`mocaplab.networks`, or None for an EBF
     state_path : path or None
         Where to keep the state of training after every epoch. If the file is there,
         training goes on from it, and the result is the same as without interruption.
@@ -93,18 +96,26 @@ def train(
         raise ValueError("no joint moves in any of the clips, so there is nothing to learn")
     constant = constant_channels(clips)
     windows = Windows(clips, config.n_frames, config.margin)
-    trainer = _Trainer(EBF(EBFConfig(int(columns.sum())), seed=config.seed), constant, columns)
-    optimizer = torch.optim.Adam(trainer.model.parameters(), lr=config.learning_rate)
+    model = build_network(model_config or EBFConfig(int(columns.sum())), seed=config.seed)
+    optimizer = torch.optim.Adam(model.parameters(), lr=config.learning_rate)
     schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimizer, config.epochs)
+
+    def step(batch: Batch) -> float:
+        loss = batch_loss(model, batch, columns)
+        optimizer.zero_grad()
+        loss.backward()  # type: ignore[no-untyped-call]
+        torch.nn.utils.clip_grad_norm_(model.parameters(), config.gradient_norm)
+        optimizer.step()
+        return loss.item()
 
     losses: list[float] = []
     fingerprint = {
         **asdict(config),
-        "model": asdict(trainer.model.config),
+        "model": asdict(model.config),
         "clips": {clip.name: clip_digest(clip) for clip in clips},
     }
     if state_path is not None and Path(state_path).exists():
-        losses = _load_state(state_path, trainer.model, optimizer, schedule, fingerprint)
+        losses = _load_state(state_path, model, optimizer, schedule, fingerprint)
     bar = tqdm(
         range(len(losses), config.epochs),
         initial=len(losses),
@@ -121,9 +132,9 @@ def train(
             (config.speed_low, config.speed_high),
             rng=rng,
         )
-        trainer.model.train()
+        model.train()
         with seeded(int(rng.integers(2**31))):  # dropout
-            step_losses = [trainer.step(batch, optimizer, config) for batch in batches]
+            step_losses = [step(batch) for batch in batches]
         schedule.step()
         losses.append(float(np.mean(step_losses)))
         if not np.isfinite(losses[-1]):
@@ -133,13 +144,13 @@ def train(
             )
         bar.set_postfix(loss=f"{losses[-1]:.3f}")
         if state_path is not None:
-            _save_state(state_path, trainer.model, optimizer, schedule, fingerprint, losses)
+            _save_state(state_path, model, optimizer, schedule, fingerprint, losses)
 
     noise_rng = np.random.default_rng([config.seed, config.epochs])
     noisy = [corrupt(clip, f"angular:{config.gaussian_k}", rng=noise_rng) for clip in clips]
     gaussian_s, gaussian_per_channel_s = tune_gaussian(noisy)
     return Checkpoint(
-        model=trainer.model.eval(),
+        model=model.eval(),
         constant=constant,
         channel_labels=clips[0].skeleton.channel_labels,
         frame_time=clips[0].frame_time,
@@ -149,35 +160,33 @@ def train(
     )
 
 
-class _Trainer:
-    """A model and how to take one step with it."""
+def batch_loss(model: Network, batch: Batch, columns: BoolArray) -> torch.Tensor:
+    """Mean squared error between what a network makes of a batch and the clean poses.
 
-    def __init__(self, model: EBF, constant: BoolArray, columns: BoolArray):
-        self.model, self.columns = model, columns
-        # Channels that never move need no filter: they are left out of the work.
-        self.moving = torch.from_numpy(~constant[columns])
+    Each piece is divided by the spread of the clip that it is from; otherwise the few clips
+    with the widest movements would decide everything.
 
-    def step(self, batch: Batch, optimizer: torch.optim.Optimizer, config: TrainConfig) -> float:
-        """Take one step and return the loss before it."""
-        pose = standardize(batch.observed, batch.mean, batch.std)[..., self.columns]
-        sigma = self.model(_float32(pose), _float32(batch.root_velocity))
-        clean = _float32((batch.clean - batch.mean)[..., self.columns])
-        noisy = _float32((batch.observed - batch.mean)[..., self.columns])
-        smooth = adaptive_gaussian(
-            noisy[..., self.moving], sigma[..., self.moving], self.model.config.radius
-        )
-        error = (smooth - clean[..., self.moving]) ** 2  # (B, T, moving C), degrees squared
-        # Divided by the spread of the observed clip; otherwise the few clips with the widest
-        # movements would decide everything.
-        spread = _float32(batch.std[..., self.columns] ** 2).mean(dim=-1)  # (B, 1)
-        spread = spread.clamp_min(CONSTANT_STD_DEG**2)  # a clip that does not move at all
-        weight = _float32(batch.weight)  # (B, T)
-        loss = (error.mean(dim=-1) / spread * weight).sum() / weight.sum()
-        optimizer.zero_grad()
-        loss.backward()  # type: ignore[no-untyped-call]
-        torch.nn.utils.clip_grad_norm_(self.model.parameters(), config.gradient_norm)
-        optimizer.step()
-        return loss.item()
+    Parameters
+    ----------
+    model : network, pose to pose
+    batch : Batch
+    columns : array, shape (C,), bool: the channels that the network sees
+
+    Returns
+    -------
+    tensor, one number: the share of a clip's movement that is left as error
+    """
+    observed, clean = (
+        _float32(standardize(values, batch.mean, batch.std)[..., columns])
+        for values in (batch.observed, batch.clean)
+    )
+    cleaned = model(observed, _float32(batch.root_velocity))
+    variance = _float32(batch.std[..., columns] ** 2)  # (B, 1, C)
+    error = ((cleaned - clean) ** 2 * variance).mean(dim=-1)  # (B, T), degrees squared
+    spread = variance.mean(dim=-1).clamp_min(CONSTANT_STD_DEG**2)  # a clip may not move at all
+    weight = _float32(batch.weight)  # (B, T)
+    loss: torch.Tensor = (error / spread * weight).sum() / weight.sum()
+    return loss
 
 
 def _float32(array: np.ndarray) -> torch.Tensor:
@@ -186,7 +195,7 @@ def _float32(array: np.ndarray) -> torch.Tensor:
 
 def _save_state(
     path: str | os.PathLike[str],
-    model: EBF,
+    model: Network,
     optimizer: torch.optim.Optimizer,
     schedule: torch.optim.lr_scheduler.LRScheduler,
     fingerprint: dict[str, Any],
@@ -202,7 +211,7 @@ def _save_state(
 
 def _load_state(
     path: str | os.PathLike[str],
-    model: EBF,
+    model: Network,
     optimizer: torch.optim.Optimizer,
     schedule: torch.optim.lr_scheduler.LRScheduler,
     fingerprint: dict[str, Any],
@@ -221,7 +230,7 @@ def _load_state(
 def _put_back(
     tensors: dict[str, torch.Tensor],
     header: dict[str, Any],
-    model: EBF,
+    model: Network,
     optimizer: torch.optim.Optimizer,
     schedule: torch.optim.lr_scheduler.LRScheduler,
 ) -> list[float]:

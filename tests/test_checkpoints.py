@@ -73,7 +73,11 @@ def tamper(path, edit_header=None, drop=None):
 @pytest.mark.parametrize(
     ("edit", "drop", "message"),
     [
-        (lambda h: h.update(format="mocaplab-ebf-9"), None, "expected format mocaplab-ebf-1"),
+        (
+            lambda h: h.update(format="mocaplab-network-9"),
+            None,
+            "expected format mocaplab-network-1",
+        ),
         (lambda h: h["config"].update(n_channels=7), None, "damaged"),
         (lambda h: h["config"].update(unknown=7), None, "damaged"),
         (lambda h: h.pop("config"), None, "damaged"),

@@ -136,7 +136,7 @@ def test_tuning_finds_the_best_of_the_grid_and_leaves_root_and_still_channels(wa
         return np.sum((cleaned - clip.clean.channels) ** 2)
 
     single, per_channel = fit_kalman([clip]), fit_kalman([clip], per_channel=True)
-    at = int(np.flatnonzero(JERK_GRID == single.jerk_density)[0])
+    at = int(np.flatnonzero(single.jerk_density == JERK_GRID)[0])
     errors = [error(JERK_GRID[i]) for i in (at - 1, at, at + 1)]
     assert errors[1] == min(errors)
     assert error(per_channel.jerk_density) <= errors[1] + 1e-9

@@ -34,7 +34,15 @@ LAYERS = [
     ["commands"],
     ["cli"],
 ]
-USES_TORCH = {"torch_kinematics", "networks", "checkpoints", "training", "cleaning"}
+USES_TORCH = {
+    "torch_kinematics",
+    "adaptive_filter",
+    "layers",
+    "networks",
+    "checkpoints",
+    "training",
+    "cleaning",
+}
 
 
 def pyproject():

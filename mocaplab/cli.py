@@ -9,8 +9,10 @@ import sys
 import warnings
 from collections.abc import Callable, Sequence
 
-from mocaplab import __version__, commands
+from mocaplab import __version__, commands, evaluate_command
+from mocaplab.corruption import corruption_table
 from mocaplab.gap_filling import GapWarning
+from mocaplab.splits import KINDS
 
 _EXAMPLES = """\
 examples:
@@ -103,12 +105,24 @@ def _parser() -> argparse.ArgumentParser:
 
     corrupt = add(
         commands.corrupt,
-        "add noise to a clean BVH file, to have something to clean",
-        "example:\n  mocaplab corrupt walk.bvh --noise 0.5 --seed 1 -o noisy.bvh",
+        "add noise or gaps to a clean BVH file, to have something to clean",
+        "A RECIPE is NAME:AMOUNT, or several joined by +, such as angular:0.5+gaps:0.001.\n"
+        "Without an amount it has the one below; a number alone is angular noise.\n\n"
+        f"{corruption_table()}\n\n"
+        "Where a sample is hidden, the file holds the value before it, and OUT.gaps.csv\n"
+        "lists the gaps.\n\n"
+        "examples:\n  mocaplab corrupt walk.bvh --noise 0.5 --seed 1 -o noisy.bvh\n"
+        "  mocaplab corrupt walk.bvh --noise angular:0.1+joint_gaps -o holed.bvh",
     )
     corrupt.add_argument("file", metavar="IN.bvh", help="a clean file")
     _add_output(corrupt, "OUT.bvh", "the noisy file")
-    _add_noise(corrupt)
+    corrupt.add_argument(
+        "--noise",
+        default="angular:0.5",
+        metavar="RECIPE",
+        help="what is done to the file (default: %(default)s, which is 6 dB)",
+    )
+    _add_seed(corrupt)
 
     train = add(
         commands.train,
@@ -135,32 +149,59 @@ def _parser() -> argparse.ArgumentParser:
     )
 
     evaluate = add(
-        commands.evaluate,
-        "measure how well cleaning works, against tuned Gaussian filters",
-        "With clean clips, noise is added, every method cleans it, and the table shows the\n"
-        "error that is left. With --reference, the given files are compared with a clean one.\n\n"
+        evaluate_command.evaluate,
+        "measure how well cleaning works: one model, or all methods on holdouts",
+        "With clean clips, noise is added, a model and tuned Gaussian filters clean it, and the\n"
+        "table shows the error that is left. With --reference, the given files are compared with\n"
+        "a clean one. With --data, every method is fitted on a part of the clips and tested on\n"
+        "another, with 95 % intervals from a bootstrap over clips. A comparison that was stopped\n"
+        "goes on when the same command is given again.\n\n"
         "examples:\n"
         "  mocaplab evaluate my_clips --noise 0.5\n"
-        "  mocaplab evaluate --reference walk.bvh noisy.bvh clean.bvh",
+        "  mocaplab evaluate --reference walk.bvh noisy.bvh clean.bvh\n"
+        "  mocaplab evaluate --data my_clips --methods all --noise all -o results",
     )
-    evaluate.add_argument(
-        "paths", nargs="+", metavar="PATH", help="BVH files, or one folder of clean BVH files"
-    )
-    evaluate.add_argument(
-        "--reference", metavar="CLEAN.bvh", help="compare the files with this clean one"
-    )
-    evaluate.add_argument(
-        "--repeats", type=_count, default=5, help="times that fresh noise is drawn (default: 5)"
-    )
-    evaluate.add_argument(
-        "--all-clips", action="store_true", help="also score clips that the model was trained on"
-    )
-    _add_noise(evaluate)
-    _add_model(evaluate)
+    _add_evaluate_options(evaluate)
 
     info = add(commands.info, "tell what is in a BVH file", "example:\n  mocaplab info walk.bvh")
     info.add_argument("file", metavar="FILE.bvh")
     return parser
+
+
+def _add_evaluate_options(evaluate: argparse.ArgumentParser) -> None:
+    add = evaluate.add_argument
+    add("paths", nargs="*", metavar="PATH", help="BVH files, or one folder of clean BVH files")
+    add("--reference", metavar="CLEAN.bvh", help="compare the files with this clean one")
+    add("--repeats", type=_count, default=5, help="times that fresh noise is drawn (default: 5)")
+    add("--all-clips", action="store_true", help="also score clips the model was trained on")
+    add(
+        "--noise",
+        default="angular:0.5",
+        metavar="RECIPES",
+        help="recipes of mocaplab corrupt; with --data several with commas between, or all: paper "
+        "A's angular:0.1, 0.5 and 0.9, spatial:0.5, and every other corruption with its usual "
+        "amount (default: %(default)s)",
+    )
+    _add_seed(evaluate)
+    _add_model(evaluate)
+    add = evaluate.add_argument_group("comparison of methods").add_argument
+    add("--data", metavar="FOLDER", help="clean BVH files, or embedded for the made-up clips")
+    add(
+        "--methods",
+        metavar="NAMES",
+        help="names with commas between, or all (default): all but those that train a network, "
+        "which must be named; a wrong name shows the list",
+    )
+    add(
+        "--split",
+        choices=KINDS,
+        help="paper: holdouts in the paper's mix of actions (default); subject: and nobody is "
+        "on both sides; action: leave one action out",
+    )
+    add("--holdouts", type=_count, metavar="N", help="holdouts that share no clip (default: 5)")
+    add("-o", "--output", metavar="FOLDER", help="for rows, tables, plots (default: evaluation)")
+    add("--workers", type=_count, metavar="N", help="processes (default: one a core)")
+    add("--scheduler", metavar="ADDRESS", help="run on a Dask cluster, such as tcp://host:8786")
 
 
 def _seed(text: str) -> int:
@@ -181,14 +222,7 @@ def _add_output(parser: argparse.ArgumentParser, metavar: str, text: str) -> Non
     parser.add_argument("-o", "--output", required=True, metavar=metavar, help=text)
 
 
-def _add_noise(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--noise",
-        type=float,
-        default=0.5,
-        metavar="K",
-        help="noise of K times each channel's own deviation (default: %(default)s, which is 6 dB)",
-    )
+def _add_seed(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--seed", type=_seed, default=0, help="the same seed gives the same noise (default: 0)"
     )

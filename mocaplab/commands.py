@@ -7,32 +7,23 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
-from tqdm.auto import tqdm
 
 from mocaplab.bvh import load_bvh, save_bvh
+from mocaplab.capture_faults import hold_gaps
 from mocaplab.corruption import corrupt as corrupt_clip
-from mocaplab.datasets import Dataset, clip_digest, load_folder, split_holdout
+from mocaplab.corruption import snr_db
+from mocaplab.datasets import load_folder, split_holdout
 from mocaplab.doctor import diagnose
-from mocaplab.euler import align_to, make_continuous
-from mocaplab.evaluation import (
-    Untouched,
-    compare_methods,
-    format_table,
-    table_by_action,
-)
+from mocaplab.euler import motion_continuity
+from mocaplab.evaluate_command import print_scores
 from mocaplab.files import check_writable
-from mocaplab.filters import Denoiser, GaussianDenoiser
 from mocaplab.findings import summarize
-from mocaplab.measures import rms_all_deg, rms_moving_deg
+from mocaplab.gaps import hidden_share, save_gaps
+from mocaplab.measures import rms_moving_deg
 from mocaplab.motion import Motion, moving_channels
 from mocaplab.movement import jitter
-from mocaplab.noise import angular_noise
-
-if TYPE_CHECKING:
-    from mocaplab.cleaning import Cleaner
 
 
 def clean(options: argparse.Namespace) -> None:
@@ -50,16 +41,27 @@ def clean(options: argparse.Namespace) -> None:
 
 
 def corrupt(options: argparse.Namespace) -> None:
-    """Add angular noise to a file."""
+    """Spoil a file, and say how much and where."""
+    gaps_file = Path(options.output).with_suffix(".gaps.csv")
+    check_writable(options.output)
+    check_writable(gaps_file)
     motion = load_bvh(options.file)
-    noisy = angular_noise(motion, options.noise, rng=np.random.default_rng(options.seed))
-    noisy = _round_changes(motion, noisy)
-    save_bvh(noisy, options.output)
-    moving = moving_channels(motion)
-    error = rms_moving_deg(noisy, motion)
-    print(f"noise     {error:.2f} degrees RMS on the {moving.sum()} channels that move")
-    print(f"jitter    {jitter(motion):,.0f} -> {jitter(noisy):,.0f} units/s^3")
+    corrupted = corrupt_clip(motion, options.noise, rng=np.random.default_rng(options.seed))
+    clean, hidden = corrupted.clean, hidden_share(corrupted.observed)
+    held = hold_gaps(corrupted.observed)  # a BVH file cannot say that a number is missing
+    sign, offset = motion_continuity(motion)
+    in_files_branch = sign * (held.channels - offset)
+    channels = np.where(held.channels == clean.channels, motion.channels, in_files_branch)
+    save_bvh(_round_changes(motion, motion.with_channels(channels)), options.output)
+    error, moving = rms_moving_deg(held, clean), moving_channels(clean).sum()
+    print(f"noise     {error:.2f} degrees RMS on the {moving} channels that move")
+    print(f"SNR       {snr_db(corrupted):.1f} dB, over the samples that are not hidden")
+    print(f"hidden    {hidden:.2%} of the joint angles")
+    print(f"jitter    {jitter(clean):,.0f} -> {jitter(held):,.0f} units/s^3")
     print(f"wrote     {options.output}")
+    if hidden or gaps_file.exists():  # an older list would be wrong
+        save_gaps(corrupted.mask, motion.skeleton, gaps_file)
+        print(f"wrote     {gaps_file}, which lists the gaps: the BVH file has older values there")
 
 
 def _round_changes(before: Motion, after: Motion) -> Motion:
@@ -93,88 +95,7 @@ def train(options: argparse.Namespace) -> None:
     print(f"wrote {options.output}")
     if test is not None:
         print(f"test on the {len(test)} clips held out, noise 0.5:\n")
-        _print_scores(test, Cleaner(checkpoint), noise=0.5, seed=options.seed, repeats=5)
-
-
-def evaluate(options: argparse.Namespace) -> None:
-    """Score methods on clean clips, or files against a reference."""
-    if options.reference:
-        _compare_files(options.reference, options.paths)
-        return
-    from mocaplab.cleaning import Cleaner
-
-    cleaner = Cleaner(options.model)
-    if len(options.paths) == 1 and Path(options.paths[0]).is_dir():
-        dataset = load_folder(options.paths[0])
-    else:
-        clips = tuple(make_continuous(load_bvh(path)) for path in options.paths)
-        dataset = Dataset("files", clips, tuple(clip.name.rsplit("_", 1)[0] for clip in clips))
-    if not options.all_clips:
-        known = set(cleaner.checkpoint.trained_on.values())
-        new = [i for i, clip in enumerate(dataset.clips) if clip_digest(clip) not in known]
-        if len(new) < len(dataset):
-            print(f"{len(dataset) - len(new)} clips that the model was trained on are left out")
-        if not new:
-            raise ValueError("no clip is left; --all-clips scores the training clips too")
-        dataset = dataset.select(new, dataset.name)
-    _print_scores(dataset, cleaner, noise=options.noise, seed=options.seed, repeats=options.repeats)
-
-
-def _print_scores(
-    dataset: Dataset, cleaner: Cleaner, *, noise: float, seed: int, repeats: int
-) -> None:
-    """Print the table of errors by action, for both kinds of RMS."""
-    checkpoint = cleaner.checkpoint
-    for clip in dataset.clips:
-        checkpoint.require(clip.skeleton, clip.frame_time, clip.name)
-    tuned_ms = 1000 * checkpoint.gaussian_s
-    methods: dict[str, Denoiser] = {
-        "noisy": Untouched(),
-        "Gaussian 58 ms": GaussianDenoiser(0.058),
-        f"Gaussian tuned ({tuned_ms:.0f} ms)": GaussianDenoiser(checkpoint.gaussian_s),
-        "Gaussian tuned per channel": GaussianDenoiser(checkpoint.gaussian_per_channel_s),
-        "EBF": cleaner,
-    }
-    scores = []
-    for repeat in tqdm(range(repeats), desc="scoring", unit="draw", leave=False):
-        corrupted = [
-            corrupt_clip(clip, f"angular:{noise}", rng=np.random.default_rng([seed, repeat, i]))
-            for i, clip in enumerate(dataset.clips)
-        ]
-        scores += compare_methods(corrupted, methods, corruption=f"{noise} noise", seed=repeat)
-    actions = dict(zip((c.name for c in dataset.clips), dataset.actions, strict=True))
-    print(f"{len(dataset)} clips, {noise} noise drawn {repeats} times, seed {seed}")
-    print("Gaussians were tuned on the training clips of the model.")
-    for metric, title in (
-        ("rms_all_deg", "RMS over all joint angles, degrees"),
-        ("rms_moving_deg", "RMS over the angles that move, degrees"),
-    ):
-        print(f"\n{title}")
-        print(format_table(table_by_action(scores, metric, actions)))
-
-
-def _compare_files(reference: str, paths: list[str]) -> None:
-    clean_motion = make_continuous(load_bvh(reference))
-    rows = [["file", "RMS all, deg", "RMS moving, deg", "jitter, units/s^3"]]
-    rows.append([Path(reference).name, "0", "0", f"{jitter(clean_motion):,.0f}"])
-    for path in paths:
-        motion = load_bvh(path)
-        if not motion.skeleton.same_as(clean_motion.skeleton):
-            raise ValueError(f"{path} has other joints or channels than {reference}")
-        if motion.n_frames != clean_motion.n_frames:
-            raise ValueError(
-                f"{path} has {motion.n_frames} frames, {reference} has {clean_motion.n_frames}"
-            )
-        motion = align_to(motion, clean_motion)
-        rows.append(
-            [
-                Path(path).name,
-                f"{rms_all_deg(motion, clean_motion):.3f}",
-                f"{rms_moving_deg(motion, clean_motion):.3f}",
-                f"{jitter(motion):,.0f}",
-            ]
-        )
-    print(format_table(rows))
+        print_scores(test, Cleaner(checkpoint), noise="angular:0.5", seed=options.seed, repeats=5)
 
 
 def info(options: argparse.Namespace) -> None:

@@ -8,6 +8,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 
+from mocaplab.bootstrap import Interval
 from mocaplab.euler import align_to
 from mocaplab.kinematics import forward_kinematics
 from mocaplab.motion import Motion
@@ -84,6 +85,78 @@ def plot_errors(
     ax.set_xlim(0, 1.15 * max(max(values) for values in errors.values()))
     ax.set_xlabel(unit)
     ax.spines[["top", "right"]].set_visible(False)
+    return ax
+
+
+def plot_intervals(estimates: Mapping[str, Interval], *, unit: str, ax: Axes | None = None) -> Axes:
+    """Draw the mean error of several methods with its interval, the smallest on top.
+
+    Parameters
+    ----------
+    estimates : method -> Interval
+    unit : str, for the axis, such as ``"RMS error, degrees"``
+    ax : Axes or None for a new figure
+    """
+    ax = ax or plt.subplots(figsize=(7, 1 + 0.35 * len(estimates)), layout="constrained")[1]
+    ranked = sorted(estimates, key=lambda label: estimates[label].value)
+    for i, label in enumerate(ranked):
+        value, low, high = estimates[label]
+        oracle = label.startswith("oracle")  # a bound, not a method
+        ax.errorbar(
+            value,
+            i,
+            xerr=[[value - low], [high - value]],
+            fmt="o",
+            markerfacecolor="white" if oracle else None,
+            color=COLORS["observed"] if oracle else _color(label, 0),
+            capsize=3,
+        )
+        ax.text(high, i, f"  {value:.2f}", va="center", fontsize="small")
+    ax.set_yticks(range(len(ranked)), ranked)
+    ax.invert_yaxis()
+    ax.set_xlim(left=0)
+    ax.margins(x=0.12)
+    ax.set_xlabel(unit)
+    ax.grid(axis="x", alpha=0.3)
+    ax.spines[["top", "right"]].set_visible(False)
+    return ax
+
+
+def plot_cost(
+    estimates: Mapping[str, Interval],
+    frames_per_second: Mapping[str, float],
+    *,
+    unit: str,
+    ax: Axes | None = None,
+) -> Axes:
+    """Draw error over speed: the best methods are at the bottom right.
+
+    Parameters
+    ----------
+    estimates : method -> Interval
+    frames_per_second : method -> how many frames it cleans in a second; a log axis
+    unit : str, for the axis of the error
+    ax : Axes or None for a new figure
+    """
+    ax = ax or plt.subplots(figsize=(8, 5), layout="constrained")[1]
+    ranked = sorted(estimates, key=lambda label: estimates[label].value)
+    for i, label in enumerate(ranked):
+        value, low, high = estimates[label]
+        color = PALETTE[i % len(PALETTE)]
+        ax.errorbar(
+            frames_per_second[label],
+            value,
+            yerr=[[value - low], [high - value]],
+            fmt="osD^vP"[i // len(PALETTE) % 6],
+            color=color,
+            capsize=3,
+            label=f"{value:.2f}  {label}",
+        )
+    ax.set_xscale("log")
+    ax.set_ylim(bottom=0)
+    ax.set(xlabel="frames cleaned in a second", ylabel=unit)
+    ax.grid(alpha=0.3)
+    ax.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False)
     return ax
 
 

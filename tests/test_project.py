@@ -29,8 +29,11 @@ LAYERS = [
     ["corruption", "filters", "normalization", "networks", "foot_placement", "doctor"],
     ["synthesis"],
     ["datasets", "batches", "evaluation", "checkpoints"],
-    ["training", "cleaning", "plotting", "exercises"],
+    ["draws", "training", "cleaning", "plotting", "exercises"],
     ["widgets"],
+    ["comparison"],
+    ["comparison_report", "job_runner"],
+    ["evaluate_command"],
     ["commands"],
     ["cli"],
 ]

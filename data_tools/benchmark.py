@@ -8,7 +8,9 @@ The folder holds one ``CORRUPTION/CLIP_rN.npz`` for every clip, corruption and r
 with ``observed`` (T, C, degrees and file units, NaN in gaps) and ``mask`` (T, C, True =
 observed), and ``manifest.json``: parameters, seeds, versions, a digest of every clean clip
 and the SHA-256 of every file. Clean clips are named there and not copied. An interrupted
-run goes on where it stopped when the same command is given again.
+run goes on where it stopped when the same command is given again. What a clip cannot have,
+such as a gap longer than itself, is left out, and the manifest says why. The embedded
+clips take some 0.1 GB for each corruption.
 
 The noise of a file depends on the seed, the clip's digest, the corruption's name and the
 repetition, and on nothing else: further clips or corruptions leave it as it is. The same
@@ -31,10 +33,11 @@ from tqdm import tqdm
 from data_tools.corruptions import RECIPES, corrupted_to_bytes
 from data_tools.fetching import sha256
 from mocaplab import __version__
-from mocaplab.corruption import corrupt
+from mocaplab.corruption import corrupt, snr_db
 from mocaplab.datasets import Dataset, clip_digest, load_dataset
 from mocaplab.draws import draw_seed
 from mocaplab.files import write_atomically
+from mocaplab.gaps import hidden_share
 from mocaplab.motion import Motion
 
 FORMAT = 2
@@ -101,25 +104,37 @@ def write_benchmark(
         (folder / name).mkdir(parents=True, exist_ok=True)
     todo = list(jobs(dataset, repetitions))
     files = {path: known[path] for *_, path in todo if path in known}  # by path
+    left_out: dict[str, str] = {}  # path -> reason
     try:
         for clip, name, repetition, path in tqdm(todo, unit="file", disable=None):
             if path in files and _sha256(folder / path) == files[path]["sha256"]:
                 continue
             entropy = draw_seed(seed, manifest["clips"][clip.name]["digest"], name, repetition)
-            corrupted = corrupt(clip, RECIPES[name], rng=np.random.default_rng(entropy))
+            try:
+                corrupted = corrupt(clip, RECIPES[name], rng=np.random.default_rng(entropy))
+            except ValueError as error:
+                left_out[path] = str(error)
+                continue
             write_atomically(folder / path, corrupted_to_bytes(corrupted, dtype))
             files[path] = {
                 "clip": clip.name,
                 "corruption": name,
                 "repetition": repetition,
                 "rng": entropy,
-                "hidden_share": round(1 - float(corrupted.mask.mean()), 6),
+                "hidden_share": round(hidden_share(corrupted.observed), 6),
+                "snr_db": _finite(snr_db(corrupted)),
                 "sha256": _sha256(folder / path),
             }
     finally:  # an interrupted run leaves a manifest of what it wrote
-        manifest |= {"complete": len(files) == len(todo), "files": files}
+        complete = len(files) + len(left_out) == len(todo)
+        manifest |= {"complete": complete, "files": files, "left_out": left_out}
         write_atomically(folder / MANIFEST, json.dumps(manifest, indent=1) + "\n")
     return manifest
+
+
+def _finite(decibels: float) -> float | None:
+    """Round for the manifest; None without any noise, because JSON knows no infinity."""
+    return round(decibels, 3) if np.isfinite(decibels) else None
 
 
 def _known_files(folder: Path, manifest: dict[str, Any]) -> dict[str, Any]:
@@ -235,8 +250,10 @@ def _run(options: argparse.Namespace) -> int:
         dtype=options.dtype,
     )
     for name in RECIPES:
-        of_name = [f["hidden_share"] for f in manifest["files"].values() if f["corruption"] == name]
-        print(f"{name:15} {len(of_name)} files, {np.mean(of_name):.2%} hidden")
+        shares = [f["hidden_share"] for f in manifest["files"].values() if f["corruption"] == name]
+        print(f"{name:20} {len(shares)} files, {sum(shares) / max(len(shares), 1):.2%} hidden")
+    for path, reason in manifest["left_out"].items():
+        print(f"left out {path}: {reason}")
     return 0
 
 

@@ -8,14 +8,26 @@ from typing import Any
 
 import numpy as np
 
+from mocaplab.corruption import CORRUPTIONS
 from mocaplab.motion import Corrupted
 
+AMOUNTS = {"angular": ("noise", (0.1, 0.5, 0.9)), "spatial": ("spatial", (0.1, 0.5, 1.0, 3.0))}
+"""What paper A tests in several amounts: the benchmark's name for it, and the amounts."""
+
 RECIPES: dict[str, str] = {
-    "noise_0.1": "angular:0.1",
-    "noise_0.5": "angular:0.5",
-    "noise_0.9": "angular:0.9",
-    "gaps": "gaps:0.001",
+    **{
+        f"{name}_{amount:g}": f"{kind}:{amount:g}"
+        for kind, (name, amounts) in AMOUNTS.items()
+        if kind in CORRUPTIONS
+        for amount in amounts
+    },
+    **{
+        name: f"{name}:{corruption.amount:g}"
+        for name, corruption in CORRUPTIONS.items()
+        if name not in AMOUNTS
+    },
     "noise_0.5_gaps": "angular:0.5+gaps:0.001",
+    "noise_0.5_long_gaps": "angular:0.5+long_gaps:1",
 }
 """All corruptions of the benchmark: a name, which is a folder's, and its recipe."""
 

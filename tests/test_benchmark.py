@@ -8,12 +8,19 @@ import pytest
 from data_tools import benchmark
 from data_tools.benchmark import main, verify, write_benchmark
 from data_tools.corruptions import RECIPES, read_file
-from mocaplab.corruption import corrupt
+from mocaplab.corruption import CORRUPTIONS, corrupt, parse_recipe
 from mocaplab.datasets import Dataset
 from mocaplab.draws import draw_seed
 from mocaplab.files import write_atomically
 
-N_FILES = 2 * 2 * len(RECIPES)
+FEW = ("noise_0.1", "noise_0.5", "noise_0.9", "gaps", "noise_0.5_gaps")
+N_FILES = 2 * 2 * len(FEW)
+
+
+@pytest.fixture(autouse=True)
+def few_recipes(monkeypatch):
+    """Write a few of the corruptions: every one is tested where it is defined."""
+    monkeypatch.setattr(benchmark, "RECIPES", {name: RECIPES[name] for name in FEW})
 
 
 @pytest.fixture(scope="module")
@@ -50,6 +57,11 @@ def test_what_the_files_hold(few, tmp_path):
         np.testing.assert_array_equal(np.isnan(observed), ~mask)
         recipe = manifest["corruptions"][file["corruption"]]
         assert (mask.all()) == ("gaps" not in recipe)
+        hidden = ~mask[:, few.skeleton.is_cleaned]
+        assert file["hidden_share"] == pytest.approx(hidden.mean(), abs=1e-6)
+        noise = RECIPES[file["corruption"]].partition("angular:")[2].partition("+")[0]
+        decibels = -20 * np.log10(float(noise)) if noise else None
+        assert file["snr_db"] == pytest.approx(decibels, abs=0.6)
         again = corrupt(
             few[file["clip"]], RECIPES[file["corruption"]], rng=np.random.default_rng(file["rng"])
         )
@@ -71,7 +83,7 @@ def test_seeds_do_not_depend_on_what_else_there_is(few, tmp_path):
     write_benchmark(few.select([1], "one"), tmp_path / "one", seed=0, repetitions=1)
     path = "noise_0.5/jump_02_r0.npz"
     assert (tmp_path / "both" / path).read_bytes() == (tmp_path / "one" / path).read_bytes()
-    seeds = [draw_seed(0, d, c, r) for d in "ab" for c in RECIPES for r in range(3)]
+    seeds = [draw_seed(0, d, c, r) for d in "ab" for c in FEW for r in range(3)]
     assert len(set(map(tuple, seeds))) == len(seeds)
 
 
@@ -137,7 +149,7 @@ def test_the_command(few, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(benchmark, "load_dataset", lambda *source: few)
     out = str(tmp_path / "out")
     assert main(["embedded", "-o", out, "--repetitions", "1"]) == 0
-    assert "noise_0.5_gaps  2 files" in capsys.readouterr().out
+    assert "noise_0.5_gaps       2 files" in capsys.readouterr().out
     assert main(["--verify", out]) == 0
     assert main(["some_folder", "--verify", out]) == 0
     (tmp_path / "out" / "gaps" / "walk_01_r0.npz").unlink()
@@ -182,3 +194,27 @@ def test_a_damaged_manifest_is_refused(tmp_path, text):
     (tmp_path / "manifest.json").write_text(text)
     with pytest.raises(ValueError, match="expected the manifest"):
         verify(tmp_path)
+
+
+def test_every_corruption_of_the_library_is_there():
+    used = {
+        corruption.name for recipe in RECIPES.values() for corruption, _ in parse_recipe(recipe)
+    }
+    assert used == set(CORRUPTIONS)
+    assert {"noise_0.1", "noise_0.5", "noise_0.9", "long_gaps", "swaps"} <= set(RECIPES)
+    assert RECIPES["drift"] == "drift:2"
+
+
+def test_what_a_clip_cannot_have_is_left_out_and_named(few, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(benchmark, "RECIPES", {"long": "long_gaps:1", "noise": "angular:0.5"})
+    monkeypatch.setattr(benchmark, "load_dataset", lambda *source: few)
+    out = tmp_path / "out"
+    assert main(["embedded", "-o", str(out), "--repetitions", "1"]) == 0
+    printed = capsys.readouterr().out
+    assert "long                 0 files" in printed
+    reason = "motion 'walk_01': expected a gap shorter than the clip, 0.325 s, got 1 s"
+    assert f"left out long/walk_01_r0.npz: {reason}" in printed
+    manifest = json.loads((out / "manifest.json").read_text())
+    assert manifest["left_out"]["long/walk_01_r0.npz"] == reason
+    assert sorted(manifest["files"]) == ["noise/jump_02_r0.npz", "noise/walk_01_r0.npz"]
+    assert verify(out, few) == []

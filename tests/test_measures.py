@@ -384,9 +384,26 @@ def test_a_foot_slides_only_while_the_clean_one_stands():
     channels = clean.channels.copy()
     channels[:, 4] = 0  # the right foot stands all the time
     clean = clean.with_channels(channels)
-    channels[130:, 2] += 1000 * (clean.time_s[130:] - 1.3)
+    last = np.flatnonzero(foot_contacts(clean, cm_per_unit=1.0)[:, 0])[-1]
+    channels[last + 1 :, 2] += 1000
     late = clean.with_channels(channels)
     assert foot_skate_cm_s(late, clean, cm_per_unit=1.0) == 0.0
+    channels[last, 2] += 1000
+    early = clean.with_channels(channels)
+    assert foot_skate_cm_s(early, clean, cm_per_unit=1.0) > 0.0
+
+
+def test_of_ball_and_tip_the_one_that_stands_is_looked_at():
+    """The left toes nod about the ball, which slides at 12 cm/s; the right foot is still."""
+    still = standing(1.0)
+    names = (("Yposition",), *[("Yposition", "Zposition"), ("Xrotation",)] * 2)
+    nod = 20 * np.sin(10 * still.time_s)
+    columns = [still.channels[:, :3], nod[:, None], still.channels[:, 3:], 0 * nod[:, None]]
+    skeleton = replace(still.skeleton, channel_names=names)
+    clean = replace(still, skeleton=skeleton, channels=np.concatenate(columns, axis=1))
+    sliding = clean.with_channels(clean.channels + 12 * clean.time_s[:, None] * (np.arange(7) == 2))
+    assert foot_skate_cm_s(clean, clean, cm_per_unit=1.0) == 0.0
+    assert foot_skate_cm_s(sliding, clean, cm_per_unit=1.0) == pytest.approx((12 + 0) / 2)
 
 
 def test_without_any_contact_skate_is_unknown():

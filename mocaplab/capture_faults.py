@@ -13,6 +13,7 @@ import re
 
 import numpy as np
 
+from mocaplab.euler import align_to
 from mocaplab.gaps import PAPER_FPS, draw_runs, hide
 from mocaplab.motion import BoolArray, FloatArray, IntArray, Motion, Skeleton, moving_channels
 from mocaplab.noise import check_amount, movement_std
@@ -111,8 +112,10 @@ def swaps(motion: Motion, rate_hz: float, *, rng: np.random.Generator) -> Motion
     """
     source, sign = _mirror(motion.skeleton)
     swapped = _draw_frames(motion, rate_hz, rng)
-    mirrored = sign * motion.channels[:, source]
-    return motion.with_channels(np.where(swapped[:, None], mirrored, motion.channels))
+    # One side may be a full turn ahead of the other, which is no movement.
+    mirrored = align_to(motion.with_channels(sign * motion.channels[:, source]), motion)
+    touched = swapped[:, None] & moving_channels(motion)
+    return motion.with_channels(np.where(touched, mirrored.channels, motion.channels))
 
 
 def _mirror(skeleton: Skeleton) -> tuple[IntArray, FloatArray]:

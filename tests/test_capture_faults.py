@@ -160,3 +160,12 @@ def test_rounding(walk):
     assert np.array_equal(2 * rounded[:, moving], np.round(2 * rounded[:, moving]))
     assert np.abs(rounded - walk.channels).max() <= 0.25
     np.testing.assert_array_equal(rounded[:, ~moving], walk.channels[:, ~moving])
+
+
+def test_a_swap_adds_no_full_turn_and_moves_no_still_channel(walk):
+    channels = walk.channels.copy()
+    channels[:, walk.skeleton.channel_index("LeftArm.Zrotation")] += 360
+    motion = walk.with_channels(channels)
+    moved = np.abs(swaps(motion, 5.0, rng=np.random.default_rng(0)).channels - motion.channels)
+    assert 5 < moved.max() < 180
+    assert not moved[:, ~moving_channels(walk)].any()

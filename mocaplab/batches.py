@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
-from mocaplab.motion import FloatArray, IntArray, Motion, moving_channels
+from mocaplab.gap_filling import lerp_columns
+from mocaplab.gaps import draw_runs
+from mocaplab.motion import BoolArray, FloatArray, IntArray, Motion, moving_channels
 from mocaplab.movement import root_angular_velocity
 
 
@@ -21,6 +23,12 @@ class Batch:
     std: FloatArray  # (B, 1, C), degrees, of that whole clip with its noise
     root_velocity: FloatArray  # (B, T, 3), radians per second
     weight: FloatArray  # (B, T): 1 for frames that the loss counts, 0 in margins
+    counted: BoolArray  # (B, T, C): the gaps, closed in observed by straight lines; or all
+
+    def share(self, part: int, n_parts: int) -> Batch:
+        """Return every n_parts-th piece, from number part on."""
+        arrays = {f.name: getattr(self, f.name)[part::n_parts] for f in fields(self)}
+        return Batch(**arrays)
 
 
 class Windows:
@@ -41,6 +49,7 @@ class Windows:
         if n_frames <= 2 * margin:
             raise ValueError(f"a piece of {n_frames} frames is all margin ({margin} a side)")
         self.n_frames, self.margin = n_frames, margin
+        self.frame_time = clips[0].frame_time
         self.channels, self.velocities, self.lengths = [], [], []
         for clip in clips:
             # A clip shorter than a piece is played back and forth until it is long enough.
@@ -57,6 +66,7 @@ class Windows:
         n_pieces: int,
         k_range: tuple[float, float],
         speed_range: tuple[float, float] = (1.0, 1.0),
+        gaps: tuple[float, float] = (0.0, 0.5),
         *,
         rng: np.random.Generator,
     ) -> Iterator[Batch]:
@@ -68,6 +78,7 @@ class Windows:
         k_range : (low, high); the noise amount of each piece is uniform between them
         speed_range : (low, high); each piece is played faster or slower by a factor between
             them, so that the network meets speeds that nobody recorded
+        gaps : (start probability, mean seconds), see :func:`mocaplab.gaps.draw_runs`
         rng : numpy.random.Generator
         """
         n_counted = self.n_frames - 2 * self.margin
@@ -76,13 +87,14 @@ class Windows:
         for _ in range(n_batches):
             which = rng.choice(len(share), n_pieces, p=share)
             speeds = np.exp(rng.uniform(np.log(speed_range[0]), np.log(speed_range[1]), n_pieces))
-            yield self._batch(which, speeds, k_range, rng)
+            yield self._batch(which, speeds, k_range, gaps, rng)
 
     def _batch(
         self,
         which: IntArray,
         speeds: FloatArray,
         k_range: tuple[float, float],
+        gaps: tuple[float, float],
         rng: np.random.Generator,
     ) -> Batch:
         steps = self.n_frames - 1
@@ -102,14 +114,34 @@ class Windows:
         weight = np.ones((len(which), self.n_frames))
         weight[starts > 0, : self.margin] = 0
         weight[starts < last, -self.margin :] = 0
+        observed = clean + rng.normal(size=clean.shape) * k * scale
+        counted = np.ones(clean.shape, dtype=bool)
+        if gaps[0] > 0:
+            observed, counted = self._hide(observed, scale > 0, gaps, rng)
         return Batch(
-            observed=clean + rng.normal(size=clean.shape) * k * scale,
+            observed=observed,
             clean=clean,
             mean=np.stack([self.means[i] for i in which])[:, None],
             std=scale * np.sqrt(1 + k**2),
             root_velocity=np.stack([velocity for _, velocity in pieces]),
             weight=weight,
+            counted=counted,
         )
+
+    def _hide(
+        self,
+        observed: FloatArray,
+        moves: BoolArray,
+        gaps: tuple[float, float],
+        rng: np.random.Generator,
+    ) -> tuple[FloatArray, BoolArray]:
+        """Put gaps into the channels that move, close them by lines, and say where they are."""
+        by_frame = np.moveaxis(observed, 1, 0)  # (T, B, C)
+        inside = draw_runs(by_frame.shape, self.frame_time, *gaps, rng) & moves[:, 0]
+        inside[[0, -1]] = False
+        holed = np.where(inside, np.nan, by_frame).reshape(self.n_frames, -1)
+        closed = lerp_columns(holed).reshape(by_frame.shape)
+        return np.moveaxis(closed, 0, 1), np.moveaxis(inside, 0, 1)
 
     def _piece(self, clip: int, frames: FloatArray, speed: float) -> tuple[FloatArray, FloatArray]:
         """Read a clip at frames that may lie between its own."""

@@ -67,3 +67,25 @@ def test_short_clips_are_played_back_and_forth(walk):
     np.testing.assert_array_equal(batch.clean[0, 30:], walk.channels[29:9:-1])
     with pytest.raises(ValueError, match="all margin"):
         Windows([walk], n_frames=20, margin=10)
+
+
+def test_gaps_are_closed_by_straight_lines(walk):
+    windows = Windows([walk], 120, 15)
+    rng = np.random.default_rng(0)
+    batch = next(windows.batches(2, (0.0, 0.0), gaps=(0.01, 0.1), rng=rng))
+    assert not batch.counted[:, [0, -1]].any()
+    assert not np.isnan(batch.observed).any()
+    outside = ~batch.counted
+    np.testing.assert_array_equal(batch.observed[outside], batch.clean[outside])
+    piece, column = 1, int(np.argmax(batch.counted[1].sum(axis=0)))
+    hidden = batch.counted[piece, :, column]
+    frames = np.arange(120)
+    expected = np.interp(frames[hidden], frames[~hidden], batch.clean[piece, ~hidden, column])
+    np.testing.assert_allclose(batch.observed[piece, hidden, column], expected, atol=1e-12)
+
+
+def test_the_shares_of_a_batch_are_the_batch(walk):
+    batch = next(Windows([walk], 60, 15).batches(5, (0.5, 0.5), rng=np.random.default_rng(0)))
+    parts = [batch.share(i, 2) for i in range(2)]
+    assert [len(part.clean) for part in parts] == [3, 2]
+    np.testing.assert_array_equal(parts[1].observed, batch.observed[1::2])

@@ -8,11 +8,11 @@ import torch
 from safetensors import safe_open
 from safetensors.torch import load_file, save_file
 
-from mocaplab import training
 from mocaplab.batches import Windows
 from mocaplab.checkpoints import CheckpointError
-from mocaplab.networks import EBF, EBFConfig
+from mocaplab.networks import EBD, EBF, EBDConfig, EBFConfig
 from mocaplab.training import TrainConfig, batch_loss, train
+from mocaplab.training_state import TrainingState
 
 QUICK = TrainConfig(epochs=3, batch_size=4, n_frames=60)
 
@@ -57,13 +57,13 @@ def test_an_interrupted_training_goes_on_as_if_nothing_had_been(
     clips, uninterrupted, tmp_path, monkeypatch
 ):
     state = tmp_path / "model.part"
-    save_state = training._save_state
+    save_state = TrainingState.save
 
     def save_then_stop(*arguments):
         save_state(*arguments)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(training, "_save_state", save_then_stop)
+    monkeypatch.setattr(TrainingState, "save", save_then_stop)
     with pytest.raises(KeyboardInterrupt):
         train(clips, QUICK, state_path=state, progress=False)
     monkeypatch.undo()
@@ -140,3 +140,53 @@ def test_the_checkpoint_tells_how_it_was_made(clips, uninterrupted):
     assert set(told["clips"]) == {clip.name for clip in clips}
     assert 0.004 <= uninterrupted.gaussian_s <= 0.25
     assert uninterrupted.gaussian_per_channel_s.shape == (96,)
+
+
+def test_training_stops_when_the_validation_loss_falls_no_more(clips, tmp_path):
+    """And the weights are those of the best epoch, whether it was interrupted or not."""
+    config = replace(QUICK, epochs=12, patience=2, learning_rate=0.3)  # too fast to get better
+    seen = []
+    checkpoint = train(
+        clips[:1],
+        config,
+        EBFConfig(90, n_hidden=8),
+        validation=clips[1:2],
+        progress=False,
+        on_epoch=lambda state: seen.append(
+            {k: v.clone() for k, v in state.network.state_dict().items()}
+        ),
+    )
+    losses = checkpoint.info["validation_losses"]
+    assert len(losses) == len(seen) < 12
+    best = int(np.argmin(losses))
+    assert len(losses) - 1 - best == 2
+    for name, value in weights(checkpoint).items():
+        assert torch.equal(value, seen[best][name])
+
+
+def test_validation_uses_the_same_noise_every_epoch(clips):
+    config = replace(QUICK, epochs=2, learning_rate=1e-12)
+    checkpoint = train(clips[:1], config, validation=clips[1:2], progress=False)
+    first, second = checkpoint.info["validation_losses"]
+    assert first == pytest.approx(second, rel=1e-5)
+
+
+def test_the_gap_filler_learns_only_inside_gaps(clips):
+    windows = Windows(clips[:1], 120, 15)
+    draw = np.random.default_rng(0)
+    batch = next(windows.batches(4, (0.0, 0.0), gaps=(0.01, 0.2), rng=draw))
+    assert 0.02 < batch.counted.mean() < 0.9
+    columns = clips[0].skeleton.is_cleaned
+    network = EBD(EBDConfig(90, dropout=0.0), seed=0)
+    losses = []
+    for spoilt in (~batch.counted, batch.counted):
+        clean = np.where(spoilt, batch.clean + 5.0, batch.clean)
+        losses.append(batch_loss(network, replace(batch, clean=clean), columns).item())
+    assert losses[0] == batch_loss(network, batch, columns).item() != losses[1]
+
+
+def test_a_gap_filler_can_be_trained(clips):
+    config = replace(QUICK, epochs=25, gap_probability=0.01, gap_mean_s=0.2)
+    checkpoint = train(clips[:1], config, EBDConfig(90, dropout=0.0), progress=False)
+    losses = checkpoint.info["losses"]
+    assert losses[-1] < 0.5 * losses[0]

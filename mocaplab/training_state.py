@@ -1,0 +1,94 @@
+"""Everything that changes while a network learns, and the file that keeps it."""
+
+from __future__ import annotations
+
+import json
+import os
+from typing import Any
+
+import torch
+from safetensors.torch import save
+
+from mocaplab.checkpoints import CheckpointError, read_tensors, refuse_damage, tensors_under
+from mocaplab.files import write_atomically
+from mocaplab.layers import Network
+
+
+class TrainingState:
+    """A network in training.
+
+    Parameters
+    ----------
+    network : Network
+    learning_rate : float, at the start; it falls along a cosine to 0
+    epochs : int
+    """
+
+    def __init__(self, network: Network, learning_rate: float, epochs: int):
+        self.network = network
+        self.optimizer = torch.optim.Adam(network.parameters(), lr=learning_rate)
+        self.schedule = torch.optim.lr_scheduler.CosineAnnealingLR(self.optimizer, epochs)
+        self.losses: list[float] = []  # of every epoch so far
+        self.validation_losses: list[float] = []  # the same, if there are validation clips
+        self.best: dict[str, torch.Tensor] = {}  # the weights at the lowest of these
+
+    def end_epoch(self, loss: float, validation_loss: float | None) -> None:
+        """Note the losses of an epoch, and lower the learning rate."""
+        self.schedule.step()
+        self.losses.append(loss)
+        if validation_loss is not None:
+            if validation_loss < min(self.validation_losses, default=float("inf")):
+                self.best = {k: v.clone() for k, v in self.network.state_dict().items()}
+            self.validation_losses.append(validation_loss)
+
+    @property
+    def epochs_since_best(self) -> int:
+        """Epochs since the validation loss was lowest; 0 without validation clips."""
+        if not self.validation_losses:
+            return 0
+        best = self.validation_losses.index(min(self.validation_losses))
+        return len(self.validation_losses) - 1 - best
+
+    def save(self, path: str | os.PathLike[str], fingerprint: dict[str, Any]) -> None:
+        """Write all that it takes to go on after an interruption."""
+        tensors = {f"model.{name}": value for name, value in self.network.state_dict().items()}
+        tensors |= {f"best.{name}": value for name, value in self.best.items()}
+        for index, values in self.optimizer.state_dict()["state"].items():
+            tensors |= {f"adam.{index}.{name}": value for name, value in values.items()}
+        tensors = {name: value.contiguous().cpu() for name, value in tensors.items()}
+        header = {
+            "train": fingerprint,
+            "losses": self.losses,
+            "validation_losses": self.validation_losses,
+            "schedule": self.schedule.state_dict(),
+        }
+        write_atomically(path, save(tensors, {"mocaplab": json.dumps(header)}))
+
+    def load(self, path: str | os.PathLike[str], fingerprint: dict[str, Any]) -> None:
+        """Put everything back as it was.
+
+        Raises
+        ------
+        CheckpointError
+            If the file is damaged, or of another training.
+        """
+        tensors, header = read_tensors(path)
+        if header.get("train") != fingerprint:
+            raise CheckpointError(
+                f"{path} is not the state of this training (other settings or clips); "
+                f"remove it to start anew"
+            )
+        with refuse_damage(path):
+            self._put_back(tensors, header)
+
+    def _put_back(self, tensors: dict[str, torch.Tensor], header: dict[str, Any]) -> None:
+        self.network.load_state_dict(tensors_under(tensors, "model."))
+        self.best = tensors_under(tensors, "best.")
+        state = self.optimizer.state_dict()
+        for name, value in tensors_under(tensors, "adam.").items():
+            index, key = name.split(".")
+            state["state"].setdefault(int(index), {})[key] = value
+        self.schedule.load_state_dict(header["schedule"])
+        state["param_groups"][0]["lr"] = self.schedule.get_last_lr()[0]
+        self.optimizer.load_state_dict(state)
+        self.losses, self.validation_losses = header["losses"], header["validation_losses"]

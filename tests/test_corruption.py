@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
+from mocaplab.bvh import load_bvh, save_bvh
+from mocaplab.cli import main
 from mocaplab.corruption import CORRUPTIONS, corrupt, parse_recipe, snr_db
-from mocaplab.gaps import gap_mask
+from mocaplab.gaps import gap_mask, hidden_share, load_gaps
 from mocaplab.motion import Corrupted, moving_channels
 from mocaplab.noise import angular_noise
 
@@ -99,3 +101,62 @@ def test_signal_to_noise_ratio_at_its_ends(walk):
     hidden = np.where(walk.skeleton.is_cleaned, np.nan, walk.channels)
     nothing = Corrupted(walk, walk.with_channels(hidden), ~np.isnan(hidden))
     assert np.isnan(snr_db(nothing))
+
+
+@pytest.fixture
+def walk_file(walk, tmp_path):
+    """A walk whose left arm turns over 180 degrees on the way, as many files have it."""
+    channels = walk.channels.round(6)
+    channels[50:, walk.skeleton.channel_index("LeftArm.Zrotation")] += 360
+    save_bvh(walk.with_channels(channels), tmp_path / "walk.bvh")
+    return tmp_path / "walk.bvh"
+
+
+def test_command_writes_held_values_and_the_list_of_gaps(walk_file, tmp_path, capsys):
+    out = tmp_path / "holed.bvh"
+    arguments = ["corrupt", str(walk_file), "--noise", "angular:0.2+gaps:0.005", "-o", str(out)]
+    assert main([*arguments, "--seed", "3"]) == 0
+    clean, written = load_bvh(walk_file), load_bvh(out)
+    expected = corrupt(clean, "angular:0.2+gaps:0.005", rng=np.random.default_rng(3))
+    mask = load_gaps(tmp_path / "holed.gaps.csv", written)
+    np.testing.assert_array_equal(mask, expected.mask)
+    arm = clean.skeleton.channel_index("LeftArm.Zrotation")
+    turned = expected.observed.channels.copy()
+    turned[50:, arm] += 360  # the file's own turn comes back
+    np.testing.assert_allclose(written.channels[mask], turned[mask], atol=1e-6)
+    frame, channel = np.argwhere(~mask & (np.arange(mask.shape[1]) != arm))[0]
+    assert written.channels[frame, channel] == written.channels[frame - 1, channel]
+    printed = capsys.readouterr().out
+    assert f"hidden    {hidden_share(expected.observed):.2%} of the joint angles" in printed
+    assert f"SNR       {snr_db(expected):.1f} dB" in printed
+    assert f"wrote     {tmp_path / 'holed.gaps.csv'}" in printed
+
+
+def test_command_without_gaps_leaves_no_list_that_is_wrong(walk_file, tmp_path):
+    out, gaps = tmp_path / "noisy.bvh", tmp_path / "noisy.gaps.csv"
+    assert main(["corrupt", str(walk_file), "-o", str(out)]) == 0
+    assert not gaps.exists()
+    gaps.write_text("an older list")
+    assert main(["corrupt", str(walk_file), "-o", str(out)]) == 0
+    assert gaps.read_text() == "channel,first_frame,last_frame\n"
+
+
+def test_command_leaves_what_it_does_not_touch(walk_file, tmp_path):
+    assert main(["corrupt", str(walk_file), "--noise", "0", "-o", str(tmp_path / "o.bvh")]) == 0
+    assert (tmp_path / "o.bvh").read_bytes() == walk_file.read_bytes()
+
+
+def test_command_refuses_what_it_does_not_know(walk_file, tmp_path, capsys):
+    out = tmp_path / "out.bvh"
+    assert main(["corrupt", str(walk_file), "--noise", "anglar:1", "-o", str(out)]) == 2
+    assert "the nearest names are angular" in capsys.readouterr().err
+    assert not out.exists()
+
+
+def test_command_lists_all_corruptions(capsys):
+    with pytest.raises(SystemExit):
+        main(["corrupt", "--help"])
+    printed = capsys.readouterr().out
+    for corruption in CORRUPTIONS.values():
+        line = next(text for text in printed.splitlines() if text.split()[:1] == [corruption.name])
+        assert f" {corruption.amount:g} {corruption.unit} " in line

@@ -113,7 +113,8 @@ class KalmanSmoother(Smoother):
     """A constant-acceleration Kalman smoother for each channel, driven by white jerk.
 
     Only the jerk is tuned. The measurement noise is estimated from each observed clip
-    (:func:`noise_variance`), so a noisier clip is smoothed more.
+    (:func:`noise_variance`), so a noisier clip is smoothed more. A gap at the start or the
+    end of the clip takes the nearest smoothed value.
 
     Parameters
     ----------
@@ -136,7 +137,11 @@ class KalmanSmoother(Smoother):
             raise ValueError(f"tuned for {self.jerk_density.size} channels, got {values.shape[1]}")
         seen = np.where(mask, values, np.nan)
         smoothed = kalman_smooth(seen, self.jerk_density, noise_variance(seen), frame_time)
-        return np.where(mask.any(axis=0), smoothed, values)  # never observed: at rest
+        # Beyond the first and last measurement the model would go on accelerating: hold instead.
+        first, last = np.argmax(mask, axis=0), len(mask) - 1 - np.argmax(mask[::-1], axis=0)
+        frames = np.clip(np.arange(len(mask))[:, None], first, last)
+        held = np.take_along_axis(smoothed, frames, axis=0)
+        return np.where(mask.any(axis=0), held, values)  # never observed: at rest
 
 
 def fit_kalman(clips: Sequence[Corrupted], *, per_channel: bool = False) -> KalmanSmoother:

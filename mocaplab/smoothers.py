@@ -96,7 +96,7 @@ class Butterworth(Smoother):
 
     Two passes make a filter of fourth order without delay. They would also halve the power
     at the cutoff twice, so each pass gets a higher cutoff: at ``cutoff_hz`` the whole has
-    a gain of 0.707 (Winter 2009, section 2.2.4.4).
+    a gain of 0.707 (Winter 2009, on the choice of cutoff with two passes).
 
     Before filtering, the clip is continued at both ends by its mirror image, for one period
     of the cutoff or as far as the clip reaches. The usual choice, a mirror image turned

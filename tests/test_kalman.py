@@ -85,6 +85,16 @@ def test_what_was_filled_in_a_gap_does_not_matter(walk):
     )
 
 
+def test_a_gap_at_an_end_holds_the_nearest_smoothed_value():
+    values = np.random.default_rng(0).normal(size=(200, 2)).cumsum(axis=0)
+    mask = np.ones(values.shape, dtype=bool)
+    mask[:30, 0] = mask[-120:, 0] = mask[:, 1] = False
+    held = KalmanSmoother(1e7).smooth(values, mask, DT)
+    np.testing.assert_array_equal(held[:30, 0], held[30, 0])
+    np.testing.assert_array_equal(held[-120:, 0], held[79, 0])
+    np.testing.assert_array_equal(held[:, 1], values[:, 1])  # never observed: as it was filled
+
+
 def test_noise_is_estimated_from_the_observed_signal_alone():
     rng = np.random.default_rng(0)
     time_s = np.arange(2000)[:, None] * DT

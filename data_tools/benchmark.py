@@ -2,6 +2,7 @@
 
     python -m data_tools.benchmark embedded -o benchmark
     python -m data_tools.benchmark cmu -o benchmark --repetitions 5 --seed 0
+    python -m data_tools.benchmark embedded -o benchmark --only noise_0.5 gaps
     python -m data_tools.benchmark --verify benchmark cmu
 
 The folder holds one ``CORRUPTION/CLIP_rN.npz`` for every clip, corruption and repetition,
@@ -10,7 +11,8 @@ observed), and ``manifest.json``: parameters, seeds, versions, a digest of every
 and the SHA-256 of every file. Clean clips are named there and not copied. An interrupted
 run goes on where it stopped when the same command is given again. What a clip cannot have,
 such as a gap longer than itself, is left out, and the manifest says why. The embedded
-clips take some 0.1 GB for each corruption.
+clips take some 0.1 GB for each corruption. Spatial noise takes seconds for each file, hours
+for all; --only writes some of the corruptions.
 
 The noise of a file depends on the seed, the clip's digest, the corruption's name and the
 repetition, and on nothing else: further clips or corruptions leave it as it is. The same
@@ -30,7 +32,7 @@ from typing import Any
 import numpy as np
 from tqdm import tqdm
 
-from data_tools.corruptions import RECIPES, corrupted_to_bytes
+from data_tools.corruptions import MANIFEST, RECIPES, corrupted_to_bytes, read_manifest
 from data_tools.fetching import sha256
 from mocaplab import __version__
 from mocaplab.corruption import corrupt, snr_db
@@ -41,11 +43,12 @@ from mocaplab.gaps import hidden_share
 from mocaplab.motion import Motion
 
 FORMAT = 2
-MANIFEST = "manifest.json"
 DTYPES = ("float32", "float64")
 
 
-def settings(dataset: Dataset, seed: int, repetitions: int, dtype: str) -> dict[str, Any]:
+def settings(
+    dataset: Dataset, seed: int, repetitions: int, dtype: str, names: Sequence[str]
+) -> dict[str, Any]:
     """Describe a benchmark: everything that its files depend on."""
     return {
         "format": FORMAT,
@@ -57,7 +60,7 @@ def settings(dataset: Dataset, seed: int, repetitions: int, dtype: str) -> dict[
             "numpy": np.__version__,
             "python": ".".join(platform.python_version_tuple()[:2]),
         },
-        "corruptions": RECIPES,
+        "corruptions": {name: RECIPES[name] for name in names},
         "channels": list(dataset.skeleton.channel_labels),
         "clips": {
             clip.name: {
@@ -71,16 +74,24 @@ def settings(dataset: Dataset, seed: int, repetitions: int, dtype: str) -> dict[
     }
 
 
-def jobs(dataset: Dataset, repetitions: int) -> Iterator[tuple[Motion, str, int, str]]:
+def jobs(
+    dataset: Dataset, repetitions: int, names: Sequence[str]
+) -> Iterator[tuple[Motion, str, int, str]]:
     """List what to write: clip, corruption, repetition and the file's path in the folder."""
-    for name in RECIPES:
+    for name in names:
         for clip in dataset.clips:
             for repetition in range(repetitions):
                 yield clip, name, repetition, f"{name}/{clip.name}_r{repetition}.npz"
 
 
 def write_benchmark(
-    dataset: Dataset, folder: Path, *, seed: int, repetitions: int = 5, dtype: str = "float32"
+    dataset: Dataset,
+    folder: Path,
+    *,
+    seed: int,
+    repetitions: int = 5,
+    dtype: str = "float32",
+    names: Sequence[str] = tuple(RECIPES),
 ) -> dict[str, Any]:
     """Write the benchmark of a data set, or what is missing of it.
 
@@ -98,11 +109,11 @@ def write_benchmark(
             f"expected at least one repetition, a seed of 0 or more and a dtype of "
             f"{' or '.join(DTYPES)}, got {repetitions}, {seed} and {dtype}"
         )
-    manifest = settings(dataset, seed, repetitions, dtype)
+    manifest = settings(dataset, seed, repetitions, dtype, names)
     known = _known_files(folder, manifest)
-    for name in RECIPES:
+    for name in names:
         (folder / name).mkdir(parents=True, exist_ok=True)
-    todo = list(jobs(dataset, repetitions))
+    todo = list(jobs(dataset, repetitions, names))
     files = {path: known[path] for *_, path in todo if path in known}  # by path
     left_out: dict[str, str] = {}  # path -> reason
     try:
@@ -157,31 +168,6 @@ def _sha256(path: Path) -> str | None:
     return sha256(path) if path.is_file() else None
 
 
-def read_manifest(folder: Path) -> dict[str, Any]:
-    """Read the manifest of a benchmark.
-
-    Raises
-    ------
-    ValueError
-        If it is not one.
-    """
-    path = folder / MANIFEST
-    try:
-        manifest = json.loads(path.read_text(encoding="utf-8"))
-    except ValueError:
-        manifest = None
-    files = manifest.get("files") if isinstance(manifest, dict) else None
-    if not (
-        isinstance(files, dict)
-        and isinstance(manifest.get("clips"), dict)
-        and all(isinstance(f, dict) and isinstance(f.get("sha256"), str) for f in files.values())
-        and all(isinstance(c, dict) and "digest" in c for c in manifest["clips"].values())
-    ):
-        raise ValueError(f"{path}: expected the manifest of a benchmark, got something else")
-    found: dict[str, Any] = manifest
-    return found
-
-
 def verify(folder: Path, dataset: Dataset | None = None) -> list[str]:
     """Compare every file with the manifest, and the clean clips if they are given.
 
@@ -216,6 +202,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     what = parser.add_mutually_exclusive_group(required=True)
     what.add_argument("-o", "--output", type=Path, metavar="OUT", help="folder to write to")
     what.add_argument("--verify", type=Path, metavar="OUT", help="check a folder")
+    add("--only", nargs="+", choices=RECIPES, default=list(RECIPES), metavar="NAME")
     add("--repetitions", type=int, default=5, help="default: 5")
     add("--seed", type=int, default=0, help="default: 0")
     add("--dtype", choices=DTYPES, default="float32", help="default: float32")
@@ -248,8 +235,9 @@ def _run(options: argparse.Namespace) -> int:
         seed=options.seed,
         repetitions=options.repetitions,
         dtype=options.dtype,
+        names=options.only,
     )
-    for name in RECIPES:
+    for name in options.only:
         shares = [f["hidden_share"] for f in manifest["files"].values() if f["corruption"] == name]
         print(f"{name:20} {len(shares)} files, {sum(shares) / max(len(shares), 1):.2%} hidden")
     for path, reason in manifest["left_out"].items():

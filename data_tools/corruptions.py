@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,8 @@ import numpy as np
 
 from mocaplab.corruption import CORRUPTIONS
 from mocaplab.motion import Corrupted
+
+MANIFEST = "manifest.json"
 
 AMOUNTS = {"angular": ("noise", (0.1, 0.5, 0.9)), "spatial": ("spatial", (0.1, 0.5, 1.0, 3.0))}
 """What paper A tests in several amounts: the benchmark's name for it, and the amounts."""
@@ -53,3 +56,28 @@ def read_file(path: Path) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
     """
     with np.load(path, allow_pickle=False) as arrays:
         return arrays["observed"], arrays["mask"]
+
+
+def read_manifest(folder: Path) -> dict[str, Any]:
+    """Read the manifest of a benchmark.
+
+    Raises
+    ------
+    ValueError
+        If it is not one.
+    """
+    path = folder / MANIFEST
+    try:
+        manifest = json.loads(path.read_text(encoding="utf-8"))
+    except ValueError:
+        manifest = None
+    files = manifest.get("files") if isinstance(manifest, dict) else None
+    if not (
+        isinstance(files, dict)
+        and isinstance(manifest.get("clips"), dict)
+        and all(isinstance(f, dict) and isinstance(f.get("sha256"), str) for f in files.values())
+        and all(isinstance(c, dict) and "digest" in c for c in manifest["clips"].values())
+    ):
+        raise ValueError(f"{path}: expected the manifest of a benchmark, got something else")
+    found: dict[str, Any] = manifest
+    return found

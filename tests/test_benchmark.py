@@ -1,12 +1,13 @@
 """The corrupted benchmark: repeatable, complete, checked, and continued when interrupted."""
 
 import json
+from functools import partial
 
 import numpy as np
 import pytest
 
 from data_tools import benchmark
-from data_tools.benchmark import main, verify, write_benchmark
+from data_tools.benchmark import main, verify
 from data_tools.corruptions import RECIPES, read_file
 from mocaplab.corruption import CORRUPTIONS, corrupt, parse_recipe
 from mocaplab.datasets import Dataset
@@ -17,10 +18,8 @@ FEW = ("noise_0.1", "noise_0.5", "noise_0.9", "gaps", "noise_0.5_gaps")
 N_FILES = 2 * 2 * len(FEW)
 
 
-@pytest.fixture(autouse=True)
-def few_recipes(monkeypatch):
-    """Write a few of the corruptions: every one is tested where it is defined."""
-    monkeypatch.setattr(benchmark, "RECIPES", {name: RECIPES[name] for name in FEW})
+write_benchmark = partial(benchmark.write_benchmark, names=FEW)
+"""Write a few of the corruptions: every one is tested where it is defined."""
 
 
 @pytest.fixture(scope="module")
@@ -148,7 +147,7 @@ def test_other_settings_are_refused(few, tmp_path):
 def test_the_command(few, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(benchmark, "load_dataset", lambda *source: few)
     out = str(tmp_path / "out")
-    assert main(["embedded", "-o", out, "--repetitions", "1"]) == 0
+    assert main(["embedded", "-o", out, "--repetitions", "1", "--only", *FEW]) == 0
     assert "noise_0.5_gaps       2 files" in capsys.readouterr().out
     assert main(["--verify", out]) == 0
     assert main(["some_folder", "--verify", out]) == 0
@@ -159,9 +158,10 @@ def test_the_command(few, tmp_path, capsys, monkeypatch):
     (tmp_path / "out" / "manifest.json").write_text("[]")
     assert main(["--verify", out]) == 2
     assert main(["--verify", str(tmp_path / "nothing")]) == 2
-    with pytest.raises(SystemExit) as stop:
-        main(["-o", out])
-    assert stop.value.code == 2
+    for arguments in (["-o", out], ["embedded", "-o", out, "--only", "nothing"]):
+        with pytest.raises(SystemExit) as stop:
+            main(arguments)
+        assert stop.value.code == 2
 
 
 def test_a_refused_seed_leaves_no_folder(few, tmp_path):
@@ -206,15 +206,17 @@ def test_every_corruption_of_the_library_is_there():
 
 
 def test_what_a_clip_cannot_have_is_left_out_and_named(few, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(benchmark, "RECIPES", {"long": "long_gaps:1", "noise": "angular:0.5"})
     monkeypatch.setattr(benchmark, "load_dataset", lambda *source: few)
     out = tmp_path / "out"
-    assert main(["embedded", "-o", str(out), "--repetitions", "1"]) == 0
+    assert (
+        main(["embedded", "-o", str(out), "--repetitions", "1", "--only", "long_gaps", "drift"])
+        == 0
+    )
     printed = capsys.readouterr().out
-    assert "long                 0 files" in printed
+    assert "long_gaps            0 files" in printed
     reason = "motion 'walk_01': expected a gap shorter than the clip, 0.325 s, got 1 s"
-    assert f"left out long/walk_01_r0.npz: {reason}" in printed
+    assert f"left out long_gaps/walk_01_r0.npz: {reason}" in printed
     manifest = json.loads((out / "manifest.json").read_text())
-    assert manifest["left_out"]["long/walk_01_r0.npz"] == reason
-    assert sorted(manifest["files"]) == ["noise/jump_02_r0.npz", "noise/walk_01_r0.npz"]
+    assert manifest["left_out"]["long_gaps/walk_01_r0.npz"] == reason
+    assert sorted(manifest["files"]) == ["drift/jump_02_r0.npz", "drift/walk_01_r0.npz"]
     assert verify(out, few) == []

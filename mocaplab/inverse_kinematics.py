@@ -21,11 +21,10 @@ from mocaplab.kinematics import forward_kinematics
 from mocaplab.motion import BoolArray, FloatArray, IntArray, Motion, Skeleton
 from mocaplab.rotations import euler_to_matrix
 
-PULL = 1e-4
+PULL = 1e-5
 """Default pull to the starting pose, in mean bone lengths per radian."""
 
 CHUNK_FRAMES = 128  # solved at once, so that a long clip needs no more memory than a short one
-COST_TOLERANCE = 1e-6
 MAX_STEPS = 100
 STEP_TOLERANCE_RAD = 1e-6  # near the solution the next step is far smaller: then we are done
 
@@ -81,7 +80,7 @@ def _cross_levers(axes: FloatArray, pivots: FloatArray, points: FloatArray) -> F
 
 
 def position_jacobian(motion: Motion) -> FloatArray:
-    """Derivative of every joint's position by every angle.
+    """Differentiate every joint's position by every angle.
 
     A point that turns about an axis moves at right angles to the axis and to the lever arm:
     the derivative is axis x (point - joint), for the points below the joint.
@@ -121,7 +120,7 @@ def _branches(skeleton: Skeleton, solved: BoolArray, weights: FloatArray) -> lis
         channels = np.flatnonzero(solved & turns.any(axis=1))
         if len(channels):
             root = np.sqrt(weights[joints])
-            found.append(_Branch(channels, joints, turns[channels] * root, root))
+            found.append(_Branch(channels, joints, np.where(turns[channels], root, 0.0), root))
     return found
 
 
@@ -132,6 +131,7 @@ def solve_angles(
     weights: ArrayLike | None = None,
     channels: ArrayLike | None = None,
     pull: float | None = None,
+    tolerance: float = 1e-8,
 ) -> tuple[Motion, FloatArray]:
     """Find the angles that bring the joints nearest to given positions.
 
@@ -154,7 +154,10 @@ def solve_angles(
     channels : array, shape (C,), bool, optional
         The angles that may change; by default all but the root's.
     pull : float, file length units per radian, optional
-        By default ``PULL`` mean bone lengths, which changes the solution by about 1e-8.
+        By default ``PULL`` mean bone lengths, too little to see.
+    tolerance : float
+        A frame is done when a step makes its sum smaller by less than this share. The sum falls
+        slowly, over dozens of steps, where bones are much shorter than targets are off.
 
     Returns
     -------
@@ -189,7 +192,7 @@ def solve_angles(
     for start in range(0, motion.n_frames if branches else 0, CHUNK_FRAMES):
         frames = slice(start, start + CHUNK_FRAMES)
         part = motion.slice_frames(start, start + CHUNK_FRAMES)
-        result[frames] = _solve(part, goal[frames], branches, pull)
+        result[frames] = _solve(part, goal[frames], branches, pull, tolerance)
     answer = motion.with_channels(result)
     return answer, np.linalg.norm(forward_kinematics(answer)[0] - goal, axis=-1)
 
@@ -213,7 +216,9 @@ def _check_targets(motion: Motion, targets: ArrayLike) -> FloatArray:
     return goal
 
 
-def _solve(motion: Motion, targets: FloatArray, branches: list[_Branch], pull: float) -> FloatArray:
+def _solve(
+    motion: Motion, targets: FloatArray, branches: list[_Branch], pull: float, tolerance: float
+) -> FloatArray:
     """Levenberg-Marquardt on all frames of a short motion; returns its channels."""
     start, angles = motion.channels, motion.channels.copy()
     left = np.arange(len(start))  # the frames that are not solved yet
@@ -242,7 +247,7 @@ def _solve(motion: Motion, targets: FloatArray, branches: list[_Branch], pull: f
         damping[left] = np.where(better, damping[left] / 5, damping[left] * 4)
         gain = cost[left] - trial_cost
         solved = (np.abs(step).max(axis=1) < STEP_TOLERANCE_RAD) | (
-            better & (gain < COST_TOLERANCE * cost[left])
+            better & (gain < tolerance * cost[left])
         )
         taken = left[better]
         angles[taken], cost[taken] = trial.channels[better], trial_cost[better]
@@ -290,5 +295,4 @@ def _step(
     diagonal = np.einsum("tmm->tm", matrix)
     diagonal *= 1 + damping[:, None]
     diagonal += pull**2
-    step: FloatArray = np.linalg.solve(matrix, -slope[..., None])[..., 0]
-    return step
+    return np.asarray(np.linalg.solve(matrix, -slope[..., None])[..., 0], dtype=np.float64)

@@ -16,7 +16,7 @@ CM_PER_UNIT_OF = {
 }
 """Centimetres in one unit, for the units that files come in."""
 
-LEG_CM = (70.0, 150.0)
+LEG_CM = (75.0, 135.0)
 """A leg, hip and foot included, is this long; the two units nearest to each other differ by
 a factor of 2.2, so no length fits two of them."""
 
@@ -43,7 +43,8 @@ def leg_length(skeleton: Skeleton) -> float:
 def cm_per_unit(skeleton: Skeleton) -> float:
     """Find how long the unit of a file is, from the length of the leg.
 
-    Tried are millimetres, centimetres, inches, CMU's unit (2.54 / 0.45 cm) and metres.
+    Tried are millimetres, centimetres, inches, CMU's unit (2.54 / 0.45 cm) and metres. A file
+    in yet another unit, or of a giant, is refused only if its leg fits none of these.
 
     Parameters
     ----------

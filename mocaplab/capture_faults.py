@@ -4,7 +4,8 @@ Spikes, frozen and dropped frames, left and right mixed up, drift and rounding. 
 everywhere, the root stays clean and so do channels that never move.
 
 How often a fault comes is given in hertz, faults a second, and how long it stays in
-seconds: a clip at 30 frames per second is spoilt as much as one at 120.
+seconds; spikes, which are one frame long, are given as a share of all samples. So a clip
+at 30 frames per second is spoilt as much as one at 120.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ _SIDES = (
 )
 
 
-def spikes(motion: Motion, rate_hz: float, *, rng: np.random.Generator) -> Motion:
+def spikes(motion: Motion, share: float, *, rng: np.random.Generator) -> Motion:
     """Throw single samples far off, as a marker does that is taken for another.
 
     Each spike is one frame long, in one channel, ``SPIKE_STD`` deviations of the channel up
@@ -42,10 +43,11 @@ def spikes(motion: Motion, rate_hz: float, *, rng: np.random.Generator) -> Motio
     Parameters
     ----------
     motion : Motion
-    rate_hz : float in [0, 1000], spikes per channel and second
+    share : float in [0, 1], the share of all samples that are spikes
     rng : numpy.random.Generator
     """
-    hit = rng.random(motion.channels.shape) < _probability(rate_hz, motion.frame_time)
+    check_amount(share, 1, "the share of spikes")
+    hit = rng.random(motion.channels.shape) < share
     sign = rng.choice([-1.0, 1.0], size=hit.shape)
     return motion.with_channels(motion.channels + hit * sign * SPIKE_STD * movement_std(motion))
 
@@ -204,15 +206,10 @@ def quantise(motion: Motion, step_deg: float, *, rng: np.random.Generator) -> Mo
     return motion.with_channels(np.where(moving_channels(motion), rounded, motion.channels))
 
 
-def _probability(rate_hz: float, duration_s: float) -> float:
-    """Return the chance of at least one event in some time, when events come at random."""
-    check_amount(rate_hz, 1000, "the rate in hertz")
-    return float(-np.expm1(-rate_hz * duration_s))
-
-
 def _draw_frames(motion: Motion, rate_hz: float, rng: np.random.Generator) -> BoolArray:
     """Draw runs of frames, shape (T,); the first and the last frame are never in one."""
-    probability = _probability(rate_hz, 1 / PAPER_FPS)
+    check_amount(rate_hz, 1000, "the rate in hertz")
+    probability = float(-np.expm1(-rate_hz / PAPER_FPS))  # of one or more in 1/120 s
     inside = draw_runs((motion.n_frames,), motion.frame_time, probability, FAULT_S, rng)
     inside[[0, -1]] = False
     return inside

@@ -25,6 +25,7 @@ from mocaplab.gaps import gap_mask, hide, long_gap_mask
 from mocaplab.motion import Corrupted, Motion, moving_channels
 from mocaplab.noise import angular_noise, biased_noise, uniform_noise, wavering_noise
 from mocaplab.source_noise import source_noise_motion
+from mocaplab.spatial_noise import spatial_noise, spatial_noise_ends
 
 
 @dataclass(frozen=True)
@@ -78,12 +79,14 @@ CORRUPTIONS: dict[str, Corruption] = {
         Corruption("gaps", 0.001, _STARTS, "short gaps in single angles", _gaps),
         Corruption("joint_gaps", 0.001, _STARTS, "short gaps in whole joints", _joint_gaps),
         Corruption("long_gaps", 1.0, "s", "one gap in each of three joints", _long_gaps),
+        Corruption("spatial", 0.5, "cm", "errors of joint positions", spatial_noise),
+        Corruption("spatial_ends", 0.5, "cm", "larger at wrists and ankles", spatial_noise_ends),
         # Paper B
         Corruption(
             "sources", 1.0, "times paper B's", "bias, jitter, lost joints", source_noise_motion
         ),
         # Real captures
-        Corruption("spikes", 0.5, "per angle and second", "single frames far off", spikes),
+        Corruption("spikes", 0.005, "of all samples", "single frames far off", spikes),
         Corruption("frozen", 0.5, "per second", "the pose is held", frozen_frames),
         Corruption("dropped", 0.5, "per second", "whole frames are missing", dropped_frames),
         Corruption("swaps", 0.5, "per second", "left is taken for right", swaps),

@@ -77,7 +77,7 @@ def gap_mask(
     motion : Motion
     start_probability : float in [0, 1]
         That a gap starts in a channel within 1/120 s, which is a frame of the paper. The
-        paper's own 0.1 would hide most of a clip; 0.001 hides about 1.5 % at the
+        paper's own 0.1 would hide three quarters of a clip; 0.001 hides about 1.5 % at the
         default length. See :func:`draw_runs` for other frame rates.
     mean_s : float, seconds, mean length of a gap
     whole_joints : bool

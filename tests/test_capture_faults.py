@@ -32,7 +32,8 @@ def at_30_fps(motion):
 
 @pytest.mark.parametrize("fault", FAULTS)
 def test_faults_repeat_and_leave_the_root_alone(walk, fault):
-    a, b, c = (fault(walk, 5.0, rng=np.random.default_rng(s)).channels for s in (1, 1, 2))
+    amount = 0.01 if fault is spikes else 5.0
+    a, b, c = (fault(walk, amount, rng=np.random.default_rng(s)).channels for s in (1, 1, 2))
     np.testing.assert_array_equal(a, b)
     assert fault is quantise or not np.array_equal(a, c, equal_nan=True)
     root = walk.skeleton.channel_joint == 0
@@ -54,15 +55,14 @@ def test_nonsense_is_refused(walk, fault, amount):
 
 
 @pytest.mark.parametrize("change", [lambda m: m, at_30_fps], ids=["120 fps", "30 fps"])
-def test_spikes_are_as_many_a_second_and_three_deviations_high(long_walk, change):
+def test_spikes_are_three_deviations_high(long_walk, change):
     motion = change(long_walk)
     moving = moving_channels(motion)
-    spiky = spikes(motion, 0.5, rng=np.random.default_rng(0))
+    spiky = spikes(motion, 0.01, rng=np.random.default_rng(0))
     added = (spiky.channels - motion.channels)[:, moving]
     height = np.abs(added) / movement_std(motion)[moving]
     assert set(np.round(height[height > 0], 9)) == {3.0}
-    per_second = np.count_nonzero(height) / (moving.sum() * motion.n_frames * motion.frame_time)
-    assert per_second == pytest.approx(0.5, rel=0.2)
+    assert np.mean(height > 0) == pytest.approx(0.01, rel=0.2)
     assert (added > 0).sum() == pytest.approx((added < 0).sum(), rel=0.3)
 
 

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mocaplab.cosine_windows import estimate_noise_std
 from mocaplab.filters import Smoother
 from mocaplab.motion import CONSTANT_STD_DEG, BoolArray, Corrupted, FloatArray
 from mocaplab.tuning import tune, tune_per_channel
@@ -25,31 +26,6 @@ JERK_COVARIANCE = np.array([[1 / 20, 1 / 8, 1 / 6], [1 / 8, 1 / 3, 1 / 2], [1 / 
 """What white jerk of density 1 adds to the state's covariance in a frame."""
 START_VARIANCE = 1e4
 """Next to nothing is known about the state before the first measurement."""
-
-
-def noise_variance(values: FloatArray) -> FloatArray:
-    """Estimate the measurement noise of each channel from the observed signal alone.
-
-    Third differences all but remove a smooth movement, and multiply the variance of white
-    noise by 1 + 9 + 9 + 1 = 20. Their median makes the estimate robust: a spike or a kick
-    does not count. At 30 frames per second, fast movement adds a little to it.
-
-    Parameters
-    ----------
-    values : array, shape (T, C), degrees; NaN where nothing was observed
-
-    Returns
-    -------
-    array, shape (C,), squared degrees
-        At least ``CONSTANT_STD_DEG`` squared, also where no four samples in a row exist.
-    """
-    size = np.abs(np.diff(values, n=3, axis=0))
-    deviation = np.full(values.shape[1], CONSTANT_STD_DEG)
-    known = ~np.isnan(size).all(axis=0)
-    # The median of |x| is 0.6745 standard deviations of a Gaussian x.
-    deviation[known] = np.nanmedian(size[:, known], axis=0) / (0.6745 * np.sqrt(20))
-    variance: FloatArray = np.maximum(deviation, CONSTANT_STD_DEG) ** 2
-    return variance
 
 
 def kalman_smooth(
@@ -112,9 +88,11 @@ def kalman_smooth(
 class KalmanSmoother(Smoother):
     """A constant-acceleration Kalman smoother for each channel, driven by white jerk.
 
-    Only the jerk is tuned. The measurement noise is estimated from each observed clip
-    (:func:`noise_variance`), so a noisier clip is smoothed more. A gap at the start or the
-    end of the clip takes the nearest smoothed value.
+    Only the jerk is tuned. The measurement noise is estimated from each observed clip, by
+    its third differences (:func:`mocaplab.cosine_windows.estimate_noise_std`), so a noisier
+    clip is smoothed more. It is ``CONSTANT_STD_DEG`` at least, also where no four samples in a
+    row were observed. A gap at the start or the end of the clip takes the nearest smoothed
+    value.
 
     Parameters
     ----------
@@ -136,7 +114,8 @@ class KalmanSmoother(Smoother):
         if self.jerk_density.shape not in [(), values.shape[1:]]:
             raise ValueError(f"tuned for {self.jerk_density.size} channels, got {values.shape[1]}")
         seen = np.where(mask, values, np.nan)
-        smoothed = kalman_smooth(seen, self.jerk_density, noise_variance(seen), frame_time)
+        noise_std = np.maximum(estimate_noise_std(values, mask), CONSTANT_STD_DEG)
+        smoothed = kalman_smooth(seen, self.jerk_density, noise_std**2, frame_time)
         # Beyond the first and last measurement the model would go on accelerating: hold instead.
         first, last = np.argmax(mask, axis=0), len(mask) - 1 - np.argmax(mask[::-1], axis=0)
         frames = np.clip(np.arange(len(mask))[:, None], first, last)

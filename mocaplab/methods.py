@@ -53,6 +53,12 @@ def _fit_wiener(clips: Sequence[Corrupted]) -> Denoiser:
     return fit_wiener(clips)
 
 
+def _fit_example_based(clips: Sequence[Corrupted]) -> Denoiser:
+    from mocaplab.example_based import fit_example_based
+
+    return fit_example_based(clips)
+
+
 METHODS: dict[str, Method] = {
     method.name: method
     for method in (
@@ -84,6 +90,7 @@ METHODS: dict[str, Method] = {
             "kalman_channel", "Kalman smoother per channel", partial(fit_kalman, per_channel=True)
         ),
         Method("wiener", "Wiener", _fit_wiener),
+        Method("example_based", "example-based (Lou and Chai)", _fit_example_based),
     )
 }
 """All methods by name."""

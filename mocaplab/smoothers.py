@@ -194,8 +194,8 @@ class MedianGaussian(Smoother):
 def fit_median_gaussian(clips: Sequence[Corrupted], *, per_channel: bool = False) -> Smoother:
     """Tune a median and Gaussian on training clips."""
     shortest_s = 3 / lowest_fps(clips)
-    windows = sorted({max(window, shortest_s) for window in (0.025, 0.042, 0.075, 0.1, 0.2)})
-    sigmas = np.geomspace(0.008, 0.125, 13).round(4).tolist()
+    windows = sorted({max(window, shortest_s) for window in (0.025, 0.042, 0.075, 0.15)})
+    sigmas = np.geomspace(0.008, 0.125, 9).round(4).tolist()
     usable = [MedianGaussian(window, sigma) for window, sigma in product(windows, sigmas)]
     return tune_per_channel(usable, clips) if per_channel else tune(usable, clips)
 

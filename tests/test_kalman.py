@@ -10,7 +10,6 @@ from mocaplab.kalman import (
     KalmanSmoother,
     fit_kalman,
     kalman_smooth,
-    noise_variance,
 )
 from mocaplab.motion import moving_channels
 
@@ -95,18 +94,19 @@ def test_a_gap_at_an_end_holds_the_nearest_smoothed_value():
     np.testing.assert_array_equal(held[:, 1], values[:, 1])  # never observed: as it was filled
 
 
-def test_noise_is_estimated_from_the_observed_signal_alone():
+def test_a_noisier_clip_is_smoothed_more():
     rng = np.random.default_rng(0)
-    time_s = np.arange(2000)[:, None] * DT
-    values = 40 * np.sin(2 * np.pi * time_s) + rng.normal(size=(2000, 3)) * [0.1, 1.0, 5.0]
-    values[::50, 1] += 500.0  # spikes
-    values[300:400, 2] = np.nan
-    np.testing.assert_allclose(np.sqrt(noise_variance(values)), [0.1, 1.0, 5.0], rtol=0.2)
+    clean = 40 * np.sin(2 * np.pi * np.arange(600)[:, None] * DT)
+    for std in (0.1, 1.0, 5.0):
+        noise = std * rng.normal(size=clean.shape)
+        told = kalman_smooth(clean + noise, 1e7, np.array([std**2]), DT)
+        estimated = smooth(1e7, clean + noise)
+        errors = [np.sqrt(np.mean((x - clean) ** 2)) for x in (told, estimated)]
+        np.testing.assert_allclose(errors[1], errors[0], rtol=0.1)
 
 
 @pytest.mark.parametrize("n_frames", [1, 2, 3])
 def test_without_four_samples_in_a_row_the_noise_is_taken_as_least(n_frames):
-    np.testing.assert_array_equal(noise_variance(np.ones((n_frames, 2))), 1e-6)
     values = np.random.default_rng(0).normal(size=(n_frames, 2))
     np.testing.assert_allclose(smooth(1e7, values), values, atol=1e-3)
 
@@ -137,6 +137,7 @@ def test_a_parabola_with_noise_comes_out_when_there_is_no_jerk():
 
 
 def test_tuning_finds_the_best_of_the_grid_and_leaves_root_and_still_channels(walk):
+    walk = walk.slice_frames(0, 100)
     clip = corrupt(walk, "angular:0.5+gaps:0.001", rng=np.random.default_rng(0))
     moves = moving_channels(walk)
 

@@ -13,7 +13,7 @@ from mocaplab.motion import Corrupted, Motion, moving_channels
 
 RECIPE = "angular:0.5+gaps:0.001"
 TRAINING = ("walk_02", "run_01")
-TEST = ("walk_05", "kick_02")
+TEST = ("walk_05", "run_03")
 EVERY_METHOD = pytest.mark.parametrize("name", sorted(METHODS))
 
 

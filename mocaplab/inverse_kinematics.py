@@ -21,10 +21,12 @@ from mocaplab.kinematics import forward_kinematics
 from mocaplab.motion import BoolArray, FloatArray, IntArray, Motion, Skeleton
 from mocaplab.rotations import euler_to_matrix
 
-PULL = 1e-5
+PULL = 1e-7
 """Default pull to the starting pose, in mean bone lengths per radian."""
 
+REACHED = 3e-7  # mean bone lengths: a frame whose joints are that near to their targets is done
 CHUNK_FRAMES = 128  # solved at once, so that a long clip needs no more memory than a short one
+LEAST_DAMPING = 1e-8  # keeps the equations solvable where no position tells an angle
 MAX_STEPS = 100
 STEP_TOLERANCE_RAD = 1e-6  # near the solution the next step is far smaller: then we are done
 
@@ -183,8 +185,7 @@ def solve_angles(
         label = skeleton.channel_labels[int(np.argmax(solved & ~skeleton.is_cleaned))]
         raise ValueError(f"expected angles of joints below the root, got channel {label}")
     if pull is None:
-        lengths = np.linalg.norm(skeleton.offsets[1:], axis=1)
-        pull = PULL * float(lengths[lengths > 0].mean()) if lengths.any() else PULL
+        pull = PULL * _mean_bone(skeleton)
     if not 0 < pull < np.inf:
         raise ValueError(f"the pull must be a positive length, got {pull}")
     branches = _branches(skeleton, solved, weight)
@@ -197,21 +198,27 @@ def solve_angles(
     return answer, np.linalg.norm(forward_kinematics(answer)[0] - goal, axis=-1)
 
 
+def _mean_bone(skeleton: Skeleton) -> float:
+    """Mean length of the bones; 1 where position channels make all of them."""
+    lengths = np.linalg.norm(skeleton.offsets[1:], axis=1)
+    return float(lengths[lengths > 0].mean()) if lengths.any() else 1.0
+
+
 def _check_targets(motion: Motion, targets: ArrayLike) -> FloatArray:
     goal = np.asarray(targets, dtype=np.float64)
     skeleton, shape = motion.skeleton, (motion.n_frames, motion.skeleton.n_joints, 3)
+    if np.isnan(motion.channels).any():
+        frame, channel = np.argwhere(np.isnan(motion.channels))[0]
+        raise ValueError(
+            f"motion {motion.name!r}: {skeleton.channel_labels[channel]} is missing (NaN) in "
+            f"frame {frame}; fill gaps first"
+        )
     if goal.shape != shape:
         raise ValueError(f"expected targets of shape {shape}, got {goal.shape}")
     if not np.isfinite(goal).all():
         frame, joint, _ = np.argwhere(~np.isfinite(goal))[0]
         raise ValueError(
             f"the target of joint {skeleton.joint_names[joint]!r} is not finite in frame {frame}"
-        )
-    if np.isnan(motion.channels).any():
-        frame, channel = np.argwhere(np.isnan(motion.channels))[0]
-        raise ValueError(
-            f"motion {motion.name!r}: {skeleton.channel_labels[channel]} is missing (NaN) in "
-            f"frame {frame}; fill gaps first"
         )
     return goal
 
@@ -223,6 +230,7 @@ def _solve(
     start, angles = motion.channels, motion.channels.copy()
     left = np.arange(len(start))  # the frames that are not solved yet
     damping = np.full(len(start), 1e-3)
+    reached = (REACHED * _mean_bone(motion.skeleton)) ** 2
     positions, axes = _pose(motion)
     cost = _cost(positions - targets, np.radians(angles - start), branches, pull)
     for _ in range(MAX_STEPS):
@@ -244,11 +252,12 @@ def _solve(
         trial_positions, trial_axes = _pose(trial)
         trial_cost = _cost(trial_positions - targets[left], change + step, branches, pull)
         better = trial_cost <= cost[left]
-        damping[left] = np.where(better, damping[left] / 5, damping[left] * 4)
-        gain = cost[left] - trial_cost
-        solved = (np.abs(step).max(axis=1) < STEP_TOLERANCE_RAD) | (
-            better & (gain < tolerance * cost[left])
+        damping[left] = np.where(
+            better, np.maximum(damping[left] / 5, LEAST_DAMPING), damping[left] * 4
         )
+        gain = cost[left] - trial_cost
+        solved = better & ((gain < tolerance * cost[left]) | (trial_cost < reached))
+        solved |= np.abs(step).max(axis=1) < STEP_TOLERANCE_RAD
         taken = left[better]
         angles[taken], cost[taken] = trial.channels[better], trial_cost[better]
         positions[taken], axes[taken] = trial_positions[better], trial_axes[better]

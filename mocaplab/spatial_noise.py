@@ -42,7 +42,7 @@ def joints_that_move(motion: Motion) -> BoolArray:
     skeleton = motion.skeleton
     turning = np.unique(skeleton.channel_joint[moving_channels(motion)])
     below_turning = descendants(skeleton)[turning].any(axis=0)
-    moves: BoolArray = below_turning & has_own_place(skeleton)
+    moves = below_turning & has_own_place(skeleton)
     for joint, parent in enumerate(skeleton.parents.tolist()):
         moves[joint] |= parent >= 0 and moves[parent]
     return moves
@@ -51,7 +51,7 @@ def joints_that_move(motion: Motion) -> BoolArray:
 def has_own_place(skeleton: Skeleton) -> BoolArray:
     """Tell which joints do not lie on their parent, as some do in many files; shape (J,)."""
     lengths = np.linalg.norm(skeleton.offsets, axis=1)
-    own = lengths > 1e-6 * lengths.max()
+    own: BoolArray = lengths > 1e-6 * lengths.max()
     own[skeleton.channel_joint[~skeleton.is_rotation]] = True
     return own
 

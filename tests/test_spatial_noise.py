@@ -24,9 +24,9 @@ CMU_UNIT_CM = 2.54 / 0.45
 
 @pytest.fixture(scope="module")
 def clean(embedded) -> Motion:
-    """A walk at 30 frames per second."""
+    """A walk at 15 frames per second."""
     motion = make_continuous(embedded["walk_01"])
-    return replace(motion, channels=motion.channels[::4], frame_time=4 * motion.frame_time)
+    return replace(motion, channels=motion.channels[::8], frame_time=8 * motion.frame_time)
 
 
 @pytest.fixture(scope="module")
@@ -81,7 +81,7 @@ def test_errors_of_different_frames_are_independent(clean, noisy):
     error = (forward_kinematics(noisy)[0] - forward_kinematics(clean)[0])[:, hand]
     error = error - error.mean(axis=0)
     neighbours = np.mean(error[1:] * error[:-1]) / np.mean(error**2)
-    assert abs(neighbours) < 0.15  # 366 pairs: a standard deviation of 0.05
+    assert abs(neighbours) < 0.25  # 180 pairs: a standard deviation of 0.08
 
 
 def test_joints_that_move(clean):
@@ -190,13 +190,13 @@ def test_an_unknown_unit_is_an_error(small_motion):
 def test_gaps_are_refused(clean):
     channels = clean.channels.copy()
     channels[3, clean.skeleton.channel_index("LeftLeg.Xrotation")] = np.nan
-    with pytest.raises(ValueError, match="NaN"):
+    with pytest.raises(ValueError, match=r"LeftLeg\.Xrotation is missing \(NaN\) in frame 3"):
         spatial_noise(clean.with_channels(channels), 0.5, rng=np.random.default_rng(0))
 
 
 @pytest.mark.parametrize("file", ["cmu/run_01.bvh", "cmu/kick_02.bvh", "cmu_daz/salsa_10.bvh"])
 def test_real_clips(data_dir, file):
-    motion = make_continuous(load_bvh(data_dir / file).slice_frames(0, 100))
+    motion = make_continuous(load_bvh(data_dir / file).slice_frames(0, 60))
     noisy = spatial_noise(motion, 0.5, rng=np.random.default_rng(0))
     unit_cm = 1.0 if "daz" in file else CMU_UNIT_CM
     of_joint = realised_cm(motion, noisy, unit_cm)[counted(motion)] / 0.5

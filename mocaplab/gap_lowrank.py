@@ -18,7 +18,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from mocaplab.gap_filling import lerp_gaps
+from mocaplab.gap_filling import lerp_columns, lerp_gaps
 from mocaplab.motion import BoolArray, Corrupted, FloatArray, Motion
 from mocaplab.pose_subspace import (
     PoseSubspace,
@@ -109,9 +109,11 @@ def smooth_poses(
     subspace : PoseSubspace of N channels
     frame_time : float, seconds
     """
-    vector, precision = subspace.evidence(values, visible)
-    acceleration = score_acceleration(solve_scores(vector, precision), frame_time)
-    return subspace.poses(smooth_scores(vector, precision, acceleration, frame_time))
+    # A frame that sees little has scores near 0, a jump that is no movement. Lines have none.
+    whole = subspace.evidence(lerp_columns(values), np.ones_like(visible))
+    acceleration = score_acceleration(solve_scores(*whole), frame_time)
+    seen = subspace.evidence(values, visible)
+    return subspace.poses(smooth_scores(*seen, acceleration, frame_time))
 
 
 def score_acceleration(scores: FloatArray, frame_time: float) -> FloatArray:
@@ -148,10 +150,10 @@ def smooth_scores(
     array, shape (T, K): the mean of the scores, given all frames
     """
     frames, k = vector.shape
+    acceleration = acceleration + 1e-9  # the smoother divides by variances that come from it
     step, disturbance = _dynamics(acceleration, frame_time)
-    # Where nothing accelerates, the smoother divides by this variance.
     mean = np.zeros(2 * k)
-    covariance = np.diag(np.concatenate([np.ones(k), acceleration + 1e-9]))
+    covariance = np.diag(np.concatenate([np.ones(k), acceleration]))
     predicted, filtered = np.zeros((frames, 2 * k)), np.zeros((frames, 2 * k))
     gain = np.zeros((frames, 2 * k, 2 * k))
     for t in range(frames):
@@ -160,10 +162,12 @@ def smooth_scores(
             covariance = step @ before @ step.T + disturbance
             gain[t - 1] = np.linalg.solve(covariance, step @ before).T
         predicted[t] = mean
-        seen = precision[t] @ covariance[:k]  # (K, 2K)
-        covariance = covariance - covariance[:, :k] @ np.linalg.solve(np.eye(k) + seen[:, :k], seen)
+        spread = covariance[:, :k]  # (2K, K), of the state with the scores
+        # Solved as it stands: the precision may be singular, so it cannot be inverted.
+        weight = np.linalg.solve(np.eye(k) + spread[:k] @ precision[t], spread.T).T
+        mean = mean + weight @ (vector[t] - precision[t] @ mean[:k])
+        covariance = covariance - weight @ precision[t] @ spread.T
         covariance = (covariance + covariance.T) / 2  # rounding would make it lopsided
-        mean = mean + covariance[:, :k] @ (vector[t] - precision[t] @ mean[:k])
         filtered[t] = mean
     for t in range(frames - 2, -1, -1):
         filtered[t] += gain[t] @ (filtered[t + 1] - predicted[t + 1])
@@ -174,6 +178,6 @@ def _dynamics(acceleration: FloatArray, frame_time: float) -> tuple[FloatArray, 
     """Return the matrix of a step, and the covariance that white acceleration adds in it."""
     k, dt = len(acceleration), frame_time
     step = np.kron([[1.0, dt], [0.0, 1.0]], np.eye(k))
-    power = np.diag(acceleration + 1e-9)
+    power = np.diag(acceleration)
     disturbance = np.kron([[dt**3 / 3, dt**2 / 2], [dt**2 / 2, dt]], power)
     return np.asarray(step), np.asarray(disturbance)

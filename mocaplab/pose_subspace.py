@@ -120,7 +120,9 @@ def fit_subspace(
 
     Frames without gaps alone are used, if there are at least twice as many as channels, or
     training clips to help. Otherwise gaps are filled by straight lines, then components are
-    fitted and gaps filled from them in turns, until the gaps change no more.
+    fitted and gaps filled from them in turns, until the gaps change no more. With training
+    clips the mean is still that of the clip: of its frames without gaps, or, if these are few,
+    of every channel where it was seen.
 
     Parameters
     ----------
@@ -135,7 +137,8 @@ def fit_subspace(
     """
     values = motion.channels[:, columns]
     complete = ~np.isnan(values).any(axis=1)
-    mean = np.nanmean(values, axis=0)
+    enough = complete.sum() >= 2 * len(columns)
+    mean = values[complete].mean(axis=0) if enough else np.nanmean(values, axis=0)
     if training is not None:
         if not training.skeleton.same_as(motion.skeleton):
             raise ValueError(
@@ -143,7 +146,7 @@ def fit_subspace(
             )
         prior = training.covariance[np.ix_(columns, columns)], PRIOR_S * motion.fps
         return _components(values[complete], columns, mean, prior)
-    if complete.sum() >= 2 * len(columns):
+    if enough:
         return _components(values[complete], columns, mean)
     filled = lerp_columns(values)
     for _ in range(MAX_ROUNDS):

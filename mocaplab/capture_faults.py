@@ -10,28 +10,18 @@ at 30 frames per second is spoilt as much as one at 120.
 
 from __future__ import annotations
 
-import re
-
 import numpy as np
 
 from mocaplab.euler import align_to
 from mocaplab.gaps import PAPER_FPS, draw_runs, hide
-from mocaplab.motion import BoolArray, FloatArray, IntArray, Motion, Skeleton, moving_channels
+from mocaplab.mirroring import limb_mirror
+from mocaplab.motion import BoolArray, Motion, moving_channels
 from mocaplab.noise import check_amount, movement_std
 
 SPIKE_STD = 3.0
 """Height of a spike in standard deviations of its channel: outside all true movement."""
 FAULT_S = 0.05
 """Mean time for which frames are frozen, dropped or swapped: 6 frames at 120 a second."""
-
-_SIDES = (
-    (r"Left", "Right"),
-    (r"left", "right"),
-    (r"^L(?=[A-Z_])", "R"),  # LThumb, L_Knee
-    (r"^l(?=[A-Z_])", "r"),  # lThigh
-    (r"(?<=[._])L$", "R"),  # thigh.L
-    (r"(?<=[._])l$", "r"),
-)
 
 
 def spikes(motion: Motion, share: float, *, rng: np.random.Generator) -> Motion:
@@ -112,62 +102,12 @@ def swaps(motion: Motion, rate_hz: float, *, rng: np.random.Generator) -> Motion
     ValueError
         If no two joints are named as left and right, or two differ in their channels.
     """
-    source, sign = _mirror(motion.skeleton)
+    source, sign = limb_mirror(motion.skeleton)
     swapped = _draw_frames(motion, rate_hz, rng)
     # One side may be a full turn ahead of the other, which is no movement.
     mirrored = align_to(motion.with_channels(sign * motion.channels[:, source]), motion)
     touched = swapped[:, None] & moving_channels(motion)
     return motion.with_channels(np.where(touched, mirrored.channels, motion.channels))
-
-
-def _mirror(skeleton: Skeleton) -> tuple[IntArray, FloatArray]:
-    """Find the channel that each channel takes its value from, and with which sign.
-
-    Channels without a partner keep theirs.
-    """
-    pairs = left_right_pairs(skeleton)
-    left, right = np.array(pairs).T
-    apart = np.abs(skeleton.offsets[left] - skeleton.offsets[right]).sum(axis=0)
-    axis = "XYZ"[np.argmax(apart)]
-    kinds = zip(skeleton.channel_joint.tolist(), skeleton.channel_kind, strict=True)
-    column = {joint_and_kind: channel for channel, joint_and_kind in enumerate(kinds)}
-    source = np.arange(skeleton.n_channels)
-    sign = np.ones(skeleton.n_channels)
-    for here, there in [*pairs, *((right, left) for left, right in pairs)]:
-        if set(skeleton.channel_names[here]) != set(skeleton.channel_names[there]):
-            names = f"{skeleton.joint_names[here]!r} and {skeleton.joint_names[there]!r}"
-            raise ValueError(f"expected the same channels in joints {names}, to swap them")
-        for kind in filter(lambda kind: kind.endswith("rotation"), skeleton.channel_names[here]):
-            source[column[here, kind]] = column[there, kind]
-            sign[column[here, kind]] = 1.0 if kind[0] == axis else -1.0
-    return source, sign
-
-
-def left_right_pairs(skeleton: Skeleton) -> list[tuple[int, int]]:
-    """Find the joints whose names differ by side only: LeftLeg and RightLeg, lThigh and rThigh.
-
-    Returns
-    -------
-    list of (left, right), joint indices
-
-    Raises
-    ------
-    ValueError
-        If there is none.
-    """
-    index = {name: joint for joint, name in enumerate(skeleton.joint_names)}
-    pairs = []
-    for joint, name in enumerate(skeleton.joint_names):
-        others = (re.sub(left, right, name) for left, right in _SIDES)
-        partner = next((index[other] for other in others if other != name and other in index), None)
-        if partner is not None:
-            pairs.append((joint, partner))
-    if not pairs:
-        raise ValueError(
-            f"expected joints named LeftLeg and RightLeg or lThigh and rThigh, got "
-            f"{', '.join(skeleton.joint_names)}"
-        )
-    return pairs
 
 
 def drift(motion: Motion, rate_deg: float, *, rng: np.random.Generator) -> Motion:

@@ -3,12 +3,10 @@
 import numpy as np
 import pytest
 
-from mocaplab.bvh import load_bvh
 from mocaplab.capture_faults import (
     drift,
     dropped_frames,
     frozen_frames,
-    left_right_pairs,
     quantise,
     spikes,
     swaps,
@@ -121,18 +119,6 @@ def test_swapped_limbs_are_each_others_mirror_image():
     # By the definition of a mirror: the other side's positions with another x.
     before, after = (forward_kinematics(m)[0][hit] for m in (motion, swapped))
     np.testing.assert_allclose(after, before[:, [0, 3, 4, 1, 2]] * [-1, 1, 1], atol=1e-9)
-
-
-def test_pairs_by_name(walk, data_dir):
-    pairs = left_right_pairs(walk.skeleton)
-    names = walk.skeleton.joint_names
-    named = {(names[a], names[b]) for a, b in pairs}
-    assert {("LHipJoint", "RHipJoint"), ("LeftLeg", "RightLeg"), ("LThumb", "RThumb")} <= named
-    assert len(pairs) == 12
-    daz = load_bvh(next((data_dir / "cmu_daz").glob("*.bvh"))).skeleton
-    named = {(daz.joint_names[a], daz.joint_names[b]) for a, b in left_right_pairs(daz)}
-    assert {("lThigh", "rThigh"), ("lPinky2", "rPinky2"), ("leftEye", "rightEye")} <= named
-    assert len(named) == 19
 
 
 def test_no_pairs_are_refused(small_motion):

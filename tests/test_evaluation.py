@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from mocaplab.units import cm_per_unit
 
 from mocaplab.corruption import corrupt
 from mocaplab.evaluation import (
@@ -13,6 +12,7 @@ from mocaplab.evaluation import (
     table_by_action,
 )
 from mocaplab.measures import mpjpe_cm, rms_all_deg
+from mocaplab.units import cm_per_unit
 
 
 def test_comparison_scores_every_clip_and_method(walk):

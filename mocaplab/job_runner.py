@@ -9,6 +9,7 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
+import threading
 import traceback
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
@@ -38,6 +39,7 @@ from mocaplab.comparison import (
 from mocaplab.datasets import Dataset
 
 THREAD_LIMITS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+CONNECT_S = 10  # how long a scheduler may take to answer
 
 
 class Workers(NamedTuple):
@@ -58,7 +60,7 @@ def local_workers(dataset: Dataset, processes: int) -> Iterator[Workers]:
     children = set(multiprocessing.active_children())
     os.environ.update(dict.fromkeys(THREAD_LIMITS, "1"))  # read when a worker imports numpy
     executor = ProcessPoolExecutor(
-        processes, multiprocessing.get_context("spawn"), initializer=_ignore_interrupts
+        processes, multiprocessing.get_context("spawn"), initializer=_start_worker
     )
     try:
         yield Workers(executor, processes, dataset)
@@ -76,9 +78,18 @@ def local_workers(dataset: Dataset, processes: int) -> Iterator[Workers]:
                 os.environ[name] = value
 
 
-def _ignore_interrupts() -> None:
+def _start_worker() -> None:
     """Leave Ctrl-C, which a terminal sends to every process, to the one that writes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    """End when the process that takes the results is gone, however it ended."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
 
 
 @contextmanager
@@ -104,7 +115,7 @@ def cluster_workers(dataset: Dataset, address: str) -> Iterator[Workers]:
             "--scheduler needs the package distributed: pip install 'mocaplab[cluster]'"
         ) from None
     try:
-        client: Any = distributed.Client(address, timeout=10)  # type: ignore[no-untyped-call]
+        client: Any = distributed.Client(address, timeout=CONNECT_S)  # type: ignore[no-untyped-call]
     except (OSError, ValueError) as error:
         raise ConnectionError(f"no Dask scheduler answers at {address} ({error})") from None
     with client:

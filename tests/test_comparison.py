@@ -1,0 +1,213 @@
+"""Jobs of a comparison: the same noise for all, rows that are only read where they fit."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mocaplab import draws
+from mocaplab.comparison import (
+    ORACLE,
+    Job,
+    fingerprint,
+    load_result,
+    make_jobs,
+    run_job,
+    save_result,
+    spell_recipe,
+    usable_measures,
+)
+from mocaplab.corruption import corrupt
+from mocaplab.datasets import Dataset, clip_digest
+from mocaplab.draws import draw_seed, draw_test, draw_training
+from mocaplab.filters import GaussianDenoiser, oracle_gaussian, tune_gaussian
+from mocaplab.measures import MEASURES, rms_all_deg
+from mocaplab.methods import METHODS, Method
+from mocaplab.splits import Split
+
+RMS = ("rms_all_deg", "rms_moving_deg")
+
+
+@pytest.fixture(scope="module")
+def few(embedded):
+    clips = [clip.slice_frames(0, 80) for clip in embedded.clips[:6]]
+    return Dataset("few", tuple(clips), ("walk", "walk", "run", "walk", "run", "walk"))
+
+
+@pytest.fixture
+def job():
+    split = Split((2, 3, 4, 5), (0, 1))
+    return Job("holdout_1", split, "angular:0.5", "gaussian_tuned", RMS, 0, 2)
+
+
+def test_a_job_scores_what_its_parts_give(few, job):
+    """Put together by hand: the noise, the tuned width, the filter and the measure."""
+
+    def drawn(i, name, repetition):
+        seed = draw_seed(0, clip_digest(few.clips[i]), name, repetition)
+        return corrupt(few.clips[i], "angular:0.5", rng=np.random.default_rng(seed))
+
+    sigma_s, _ = tune_gaussian([drawn(i, "training/angular:0.5", 0) for i in (2, 3, 4, 5)])
+    rows = run_job(few, job)["rows"]
+    assert [(row["clip"], row["repetition"]) for row in rows] == [
+        (few.clips[i].name, repetition) for i in (0, 1) for repetition in (0, 1)
+    ]
+    for row, i in zip(rows, (0, 0, 1, 1), strict=True):
+        clip = drawn(i, "angular:0.5", row["repetition"])
+        cleaned = GaussianDenoiser(sigma_s).denoise(clip.observed, clip.mask)
+        assert row["rms_all_deg"] == rms_all_deg(cleaned, clip.clean)
+        assert row["action"] == "walk"
+        assert row["frames"] == 80
+        assert row["seconds"] > 0
+
+
+def test_oracle_is_no_worse_than_any_gaussian(few, job):
+    oracle = run_job(few, replace(job, method=ORACLE))["rows"]
+    for row, other in zip(oracle, run_job(few, job)["rows"], strict=True):
+        assert row["rms_all_deg"] <= other["rms_all_deg"]
+    clip = draw_test(few.clips[0], "angular:0.5", seed=0, repetition=0)
+    assert oracle[0]["rms_all_deg"] == rms_all_deg(oracle_gaussian(clip), clip.clean)
+
+
+def test_noise_depends_on_clip_seed_recipe_and_repetition_alone(few):
+    def noise(i, recipe="angular:0.5", seed=0, repetition=0):
+        return draw_test(few.clips[i], recipe, seed=seed, repetition=repetition).observed.channels
+
+    first = noise(0)
+    draws._KEPT.clear()
+    noise(1), noise(0, repetition=1)
+    np.testing.assert_array_equal(noise(0), first)
+    for other in (noise(0, "angular:0.4"), noise(0, seed=1), noise(0, repetition=1)):
+        assert (other != first).any()
+    training = draw_training(few.clips[0], "angular:0.5", seed=0).observed.channels
+    assert (training != first).any()
+
+
+def test_what_is_kept_is_bounded(few, monkeypatch):
+    draws._KEPT.clear()
+    monkeypatch.setattr(draws, "_KEPT_SAMPLES", 2 * few.clips[0].channels.size)
+    for repetition in range(9):
+        draw_test(few.clips[0], "angular:0.5", seed=0, repetition=repetition)
+        assert len(draws._KEPT) <= 3
+    draws._KEPT.clear()
+
+
+def test_jobs_of_one_corruption_stand_together(job):
+    splits = {"a": job.split, "b": job.split}
+    jobs = make_jobs(splits, ["x:1", "y:2"], ["m", "n"], RMS, seed=3, repetitions=4)
+    assert [(j.corruption, j.holdout, j.method) for j in jobs] == [
+        (c, h, m) for c in ("x:1", "y:2") for h in "ab" for m in "mn"
+    ]
+    assert len({j.name for j in jobs}) == 8
+    assert {(j.seed, j.repetitions, j.measures) for j in jobs} == {(3, 4, RMS)}
+
+
+def test_a_jobs_name_can_be_a_files(job):
+    name = replace(job, corruption="angular:0.5+gaps:0.001").name
+    assert name == "angular_0.5+gaps_0.001-gaussian_tuned-holdout_1"
+
+
+@pytest.mark.parametrize("recipe", ["0.5", "angular", "angular:0.50"])
+def test_recipes_have_one_spelling(recipe):
+    assert spell_recipe(recipe) == "angular:0.5"
+    assert spell_recipe(f"{recipe} + gaps:1e-3") == "angular:0.5+gaps:0.001"
+
+
+def test_measures_that_a_skeleton_does_not_allow_are_named(few, small_motion):
+    names, refused = usable_measures(few.clips[0])
+    assert set(names) == set(MEASURES)
+    assert not refused
+    longer = replace(small_motion.skeleton, offsets=small_motion.skeleton.offsets * 1e4)
+    names, refused = usable_measures(replace(small_motion, skeleton=longer))
+    assert "rms_all_deg" in names
+    assert "expected a leg" in refused["mpjpe_cm"]
+
+
+class _Holes:
+    def denoise(self, observed, mask):
+        channels = observed.channels.copy()
+        channels[3:5, 7] = np.nan
+        return observed.with_channels(channels)
+
+
+def test_a_method_that_leaves_gaps_is_refused(few, job, monkeypatch):
+    monkeypatch.setitem(METHODS, "gaussian_tuned", Method("x", "x", lambda clips: _Holes()))
+    label = few.skeleton.channel_labels[7].replace(".", r"\.")
+    with pytest.raises(
+        ValueError, match=f"left 2 samples .* empty, the first in {label} in frame 3"
+    ):
+        run_job(few, job)
+
+
+class _Slow:
+    """A method that keeps what it learns."""
+
+    label = name = "slow"
+    slow = True
+
+    def __init__(self):
+        self.trained = 0
+
+    def fit(self, clips, folder):
+        if folder is None or not (folder / "model").exists():
+            self.trained += 1
+            if folder is not None:
+                (folder / "model").write_text("learned")
+        return GaussianDenoiser(0.03)
+
+
+def test_what_a_slow_method_learns_is_kept(few, job, tmp_path, monkeypatch):
+    slow = _Slow()
+    monkeypatch.setitem(METHODS, "gaussian_tuned", slow)
+    for _ in range(2):
+        run_job(few, job, tmp_path)
+    assert slow.trained == 1
+    run_job(few, job, None)
+    run_job(few, job, tmp_path / "not there")  # another machine
+    assert slow.trained == 3
+    with pytest.raises(ValueError, match="was learned with other settings"):
+        run_job(few, replace(job, seed=1), tmp_path)
+
+
+def test_rows_are_read_back_as_they_were(few, job, tmp_path):
+    path = tmp_path / "rows.json"
+    assert load_result(path, fingerprint(few, job)) is None
+    result = run_job(few, job)
+    result["rows"][0]["rms_all_deg"] = np.nan
+    save_result(path, result)
+    back = load_result(path, fingerprint(few, job))
+    np.testing.assert_equal(back, result)
+
+
+def test_rows_of_other_settings_are_refused(few, job, tmp_path):
+    path = tmp_path / "rows.json"
+    save_result(path, run_job(few, job))
+    with pytest.raises(ValueError, match=r"other settings: seed \(0, now 1\); choose another"):
+        load_result(path, fingerprint(few, replace(job, seed=1)))
+    clips = (few.clips[0].slice_frames(1, 80), *few.clips[1:])
+    with pytest.raises(ValueError, match="other settings: test clips"):
+        load_result(path, fingerprint(replace(few, clips=clips), job))
+    actions = (*few.actions[:5], "jump")
+    with pytest.raises(ValueError, match="other settings: training clips"):
+        load_result(path, fingerprint(replace(few, actions=actions), job))
+    slower = tuple(replace(clip, frame_time=1 / 60) for clip in few.clips)
+    with pytest.raises(ValueError, match=r"training clips .* test clips"):
+        load_result(path, fingerprint(replace(few, clips=slower), job))
+
+
+@pytest.mark.parametrize(
+    "text", ["", "{", "[]", "{}", '{"fingerprint": {}}', '{"fingerprint": 3, "rows": []}']
+)
+def test_files_that_are_no_rows_are_refused(few, job, tmp_path, text):
+    (tmp_path / "rows.json").write_text(text)
+    with pytest.raises(ValueError, match=r"rows\.json: expected the rows of a comparison"):
+        load_result(tmp_path / "rows.json", fingerprint(few, job))
+
+
+def test_rows_without_their_measures_are_refused(few, job, tmp_path):
+    result = run_job(few, job)
+    del result["rows"][1]["rms_all_deg"]
+    (tmp_path / "rows.json").write_text(json.dumps(result))
+    with pytest.raises(ValueError, match="rows lack measures"):
+        load_result(tmp_path / "rows.json", fingerprint(few, job))

@@ -23,9 +23,10 @@ END_FACTOR = 2.0
 EXPECTED_TURN_RAD = 0.25
 """The pull is the noise over this: angles rather stay within about 15 degrees of the clean."""
 
-CALIBRATION_FRAMES = 128
+CALIBRATION_FRAMES = 128  # enough to find out how much noise each joint needs
 CALIBRATION_ROUNDS = 4
 MAX_SCALE = 4.0
+"""No joint is drawn more than this times the noise it shall have."""
 
 _ENDS = re.compile(
     r"(^|[^a-z])(left|right|l|r)[ _.-]?(hand|wrist|foot|ankle)$|"
@@ -89,7 +90,12 @@ def spatial_noise(
     Every joint that can move (:func:`joints_that_move`) gets the same noise. The bones
     absorb a part of it, because no joint can leave the sphere about its parent. So more
     noise is drawn than asked for, as much as each joint needs to be off by ``std_cm`` in the
-    end (root mean square over the clip, along each axis).
+    end (root mean square over the clip, along each axis), up to ``MAX_SCALE`` times as much.
+    Over all joints this comes true within 3 %; of single joints, within 20 % up to 1 cm.
+
+    Where positions hardly tell an angle, as the twist of a stretched limb, the optimum may be
+    anywhere, and the angle would spin from frame to frame. A pull towards the clean angles,
+    which grows with the noise (``EXPECTED_TURN_RAD``), prevents it.
 
     Only the angles that move change, and of these only those that some joint's position
     depends on. End Sites are not joints and get no noise, so the angles of the last joints

@@ -88,6 +88,27 @@ def plot_errors(
     return ax
 
 
+def plot_losses(
+    losses: Sequence[float], validation: Sequence[float] = (), *, ax: Axes | None = None
+) -> Axes:
+    """Draw the loss of every epoch of a training.
+
+    Parameters
+    ----------
+    losses : list of float, one an epoch; see :func:`mocaplab.training.batch_loss`
+    validation : list of float, the same on the validation clips, if there are any
+    ax : Axes or None for a new figure
+    """
+    ax = ax or plt.subplots(figsize=(7, 3.2), layout="constrained")[1]
+    ax.plot(range(1, len(losses) + 1), losses, color=PALETTE[0], label="training clips")
+    if len(validation):
+        epochs = range(1, len(validation) + 1)
+        ax.plot(epochs, validation, "--", color=PALETTE[1], label="validation clips")
+        ax.legend()
+    ax.set(xlabel="epoch", ylabel="loss, share of the movement", title="training", ylim=(0, None))
+    return ax
+
+
 def plot_intervals(estimates: Mapping[str, Interval], *, unit: str, ax: Axes | None = None) -> Axes:
     """Draw the mean error of several methods with its interval, the smallest on top.
 

@@ -93,7 +93,7 @@ def train(
         Show a progress bar with the time left.
     on_epoch : function or None
         Called with the state of training after every epoch, such as
-        :class:`mocaplab.widgets.LossPlot`.
+        :class:`mocaplab.live_plot.LossPlot`.
 
     Returns
     -------

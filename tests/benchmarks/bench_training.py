@@ -1,0 +1,84 @@
+"""Time one training step of an EBF against its parts.
+
+    python tests/benchmarks/bench_training.py
+
+Prints ratios of CPU seconds on one core (medians): the whole step, drawing its batch
+included, over forward and backward through the LSTM alone; the filter layer over the LSTM;
+and the LSTM over a matrix product with as many multiply-adds, the floor of this machine.
+"""
+
+from __future__ import annotations
+
+import argparse
+import statistics
+import time
+from collections.abc import Callable
+
+import numpy as np
+import torch
+
+from mocaplab.adaptive_filter import adaptive_gaussian
+from mocaplab.batches import Windows
+from mocaplab.datasets import load_dataset
+from mocaplab.networks import EBFConfig, build_network
+from mocaplab.training import TrainConfig, batch_loss
+
+
+def cpu_seconds(task: Callable[[], object], repeats: int) -> float:
+    task()
+    seconds = []
+    for _ in range(repeats):
+        start = time.process_time()
+        task()
+        seconds.append(time.process_time() - start)
+    return statistics.median(seconds)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
+    parser.add_argument("--repeats", type=int, default=15)
+    repeats = parser.parse_args().repeats
+    torch.set_num_threads(1)
+    config, rng = TrainConfig(), np.random.default_rng(0)
+    dataset = load_dataset("embedded")
+    columns = dataset.skeleton.is_cleaned
+    windows = Windows(dataset.clips, config.n_frames, config.margin)
+    network = build_network(EBFConfig(int(columns.sum())), seed=0)
+    optimizer = torch.optim.Adam(network.parameters())
+    noise, speeds = (config.k_low, config.k_high), (config.speed_low, config.speed_high)
+
+    def step() -> None:
+        batch = next(windows.batches(config.batch_size, noise, speeds, rng=rng))
+        optimizer.zero_grad()
+        batch_loss(network, batch, columns).backward()
+        optimizer.step()
+
+    n_frames = config.batch_size * config.n_frames
+    code = torch.randn(config.batch_size, config.n_frames, network.config.n_code)
+    pose = torch.randn(config.batch_size, config.n_frames, network.config.n_channels)
+    sigma = (torch.rand(pose.shape) * 5 + 0.2).requires_grad_()
+    lstm = network.lstm
+    # Four gates a unit, twice: from what comes in and from the state; three passes of that,
+    # one forward and two backward.
+    n_hidden = network.config.n_hidden
+    inputs = network.config.n_code + 2 * n_hidden
+    left = torch.randn(n_frames, inputs + 2 * n_hidden)
+    right = torch.randn(inputs + 2 * n_hidden, 2 * 4 * n_hidden)
+
+    seconds = {
+        "step": cpu_seconds(step, repeats),
+        "lstm": cpu_seconds(lambda: lstm(code)[0].square().mean().backward(), repeats),
+        "filter": cpu_seconds(
+            lambda: adaptive_gaussian(pose, sigma).square().mean().backward(), repeats
+        ),
+        "product": 3 * cpu_seconds(lambda: left @ right, repeats),
+    }
+    print(f"{n_frames} frames a step, {network.config.n_channels} channels, one core")
+    print(f"step / LSTM            {seconds['step'] / seconds['lstm']:.2f}")
+    print(f"filter / LSTM          {seconds['filter'] / seconds['lstm']:.2f}")
+    print(f"LSTM / matrix product  {seconds['lstm'] / seconds['product']:.2f}")
+    print(f"frames a second        {n_frames / seconds['step']:,.0f}")
+
+
+if __name__ == "__main__":
+    main()

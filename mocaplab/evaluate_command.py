@@ -17,9 +17,9 @@ from mocaplab.bvh import load_bvh
 from mocaplab.corruption import CORRUPTIONS, corrupt
 from mocaplab.datasets import Dataset, clip_digest, load_dataset, load_folder
 from mocaplab.euler import align_to, make_continuous
-from mocaplab.evaluation import Untouched, compare_methods, format_table, table_by_action
+from mocaplab.evaluation import compare_methods, format_table, table_by_action
 from mocaplab.files import check_writable, write_atomically
-from mocaplab.filters import Denoiser, GaussianDenoiser
+from mocaplab.filters import Denoiser, GaussianDenoiser, Untouched
 from mocaplab.measures import rms_all_deg, rms_moving_deg
 from mocaplab.movement import jitter
 from mocaplab.splits import make_splits, read_clip_list

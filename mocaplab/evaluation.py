@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mocaplab.filters import Denoiser, filter_motion
+from mocaplab.filters import Denoiser
 from mocaplab.measures import find_measure
-from mocaplab.motion import Corrupted, Motion
+from mocaplab.motion import Corrupted
 
 
 @dataclass(frozen=True)
@@ -33,14 +33,6 @@ class Score:
 def _mean(values: Iterable[float]) -> float:
     known = [value for value in values if not np.isnan(value)]
     return float(np.mean(known)) if known else np.nan
-
-
-class Untouched:
-    """The denoiser that does nothing but fill gaps by lerp: the score to start from."""
-
-    def denoise(self, observed: Motion, mask: np.ndarray) -> Motion:
-        """Return the observed motion, gaps filled."""
-        return filter_motion(observed, lambda m: m.channels)
 
 
 def compare_methods(

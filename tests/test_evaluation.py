@@ -6,11 +6,11 @@ import pytest
 from mocaplab.corruption import corrupt
 from mocaplab.evaluation import (
     Score,
-    Untouched,
     compare_methods,
     format_table,
     table_by_action,
 )
+from mocaplab.filters import Untouched
 from mocaplab.measures import mpjpe_cm, rms_all_deg
 from mocaplab.units import cm_per_unit
 

@@ -13,8 +13,7 @@ from test_movement import stepping
 
 from mocaplab.bvh import load_bvh
 from mocaplab.corruption import corrupt
-from mocaplab.evaluation import Untouched
-from mocaplab.filters import GaussianDenoiser
+from mocaplab.filters import GaussianDenoiser, Untouched
 from mocaplab.kinematics import forward_kinematics
 from mocaplab.measures import (
     MEASURES,

@@ -133,7 +133,7 @@ def estimate(results: Mapping[Job, Result], *, seed: int = 0) -> list[Estimate]:
         actions, tables = _tables(jobs)
         for measure, (methods, values) in tables.items():
             known = ~np.isnan(values).any(axis=0)
-            for action in [*sorted(set(actions)), "all"]:
+            for action in [*sorted(set(actions.tolist())), "all"]:
                 chosen = known & (True if action == "all" else actions == action)
                 if chosen.any():
                     means = _column(measure, methods, values[:, chosen], seed)

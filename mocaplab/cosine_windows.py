@@ -1,11 +1,13 @@
-"""What learned filters share: windows as cosine coefficients, and how strong the noise is."""
+"""What learned filters share: cosine windows, the strength of the noise, an inner split."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mocaplab.motion import FloatArray, IntArray, Motion, Skeleton
+from mocaplab.motion import Corrupted, FloatArray, IntArray, Motion, Skeleton
 
 WINDOW_S = 4 / 15
 """Length of a window, seconds."""
@@ -97,3 +99,29 @@ def check_skeleton(skeleton: Skeleton, motion: Motion) -> None:
             f"{motion.skeleton.n_joints} joints and {motion.skeleton.n_channels} channels, or "
             "the same number with other names"
         )
+
+
+def inner_split(clips: Sequence[Corrupted]) -> tuple[list[Corrupted], list[Corrupted]]:
+    """Set every fifth training clip aside, so that parameters are not chosen on what was learned.
+
+    Returns
+    -------
+    learn_from, set_aside : lists of clips; the second is empty with fewer than 5 clips
+
+    Raises
+    ------
+    ValueError
+        If there is no clip, or skeletons differ.
+    """
+    if not clips:
+        raise ValueError("fitting needs at least one training clip")
+    for clip in clips:
+        check_skeleton(clips[0].clean.skeleton, clip.clean)
+    if len(clips) < 5:
+        return list(clips), []
+    return [clip for i, clip in enumerate(clips) if i % 5 != 2], list(clips[2::5])
+
+
+def at_most(clips: Sequence[Corrupted], n: int) -> list[Corrupted]:
+    """Pick n clips at most, spread over the list, which is often sorted by action."""
+    return [clips[i * len(clips) // n] for i in range(n)] if len(clips) > n else list(clips)

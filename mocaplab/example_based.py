@@ -37,8 +37,10 @@ import numpy as np
 from mocaplab.cosine_windows import (
     N_COEFFICIENTS,
     CosineWindows,
+    at_most,
     check_skeleton,
     estimate_noise_std,
+    inner_split,
 )
 from mocaplab.filters import filter_motion
 from mocaplab.motion import (
@@ -199,15 +201,10 @@ def fit_example_based(clips: Sequence[Corrupted]) -> ExampleBasedDenoiser:
     ValueError
         If there is no clip, skeletons differ, or nothing moves.
     """
-    if not clips:
-        raise ValueError("fitting needs at least one training clip")
+    learn_from, set_aside = inner_split(clips)
+    tests = at_most(set_aside or clips, 5)
     skeleton = clips[0].clean.skeleton
-    for clip in clips:
-        check_skeleton(skeleton, clip.clean)
-    tests, kept = list(clips), list(clips)
-    if len(clips) >= 5:
-        tests, kept = list(clips[2::5]), [c for i, c in enumerate(clips) if i % 5 != 2]
-    second_moment = _second_moment(kept)
+    second_moment = _second_moment(learn_from)
     if not second_moment.any():
         raise ValueError("fitting needs a training clip in which something moves, got none")
     candidates = []
@@ -215,7 +212,7 @@ def fit_example_based(clips: Sequence[Corrupted]) -> ExampleBasedDenoiser:
         bases, misfit = _bases_and_misfit(second_moment, energy)
         for strength in STRENGTHS:
             denoiser = ExampleBasedDenoiser(skeleton, bases, misfit, strength)
-            error = sum(_square_error(denoiser, clip) for clip in tests[:5])
+            error = sum(_square_error(denoiser, clip) for clip in tests)
             candidates.append((error, energy, strength))
     _, energy, strength = min(candidates)
     bases, misfit = _bases_and_misfit(_second_moment(clips), energy)

@@ -40,8 +40,10 @@ from mocaplab.cosine_windows import (
     BLOCK,
     N_COEFFICIENTS,
     CosineWindows,
+    at_most,
     check_skeleton,
     estimate_noise_std,
+    inner_split,
 )
 from mocaplab.filters import filter_motion
 from mocaplab.motion import (
@@ -188,30 +190,21 @@ def fit_wiener(clips: Sequence[Corrupted]) -> WienerDenoiser:
     Raises
     ------
     ValueError
-        If there is no clip, or skeletons differ.
+        If there is no clip, skeletons differ, or nothing moves.
     """
-    if not clips:
-        raise ValueError("fitting needs at least one training clip")
+    learn_from, set_aside = inner_split(clips)
     skeleton = clips[0].clean.skeleton
-    for clip in clips:
-        check_skeleton(skeleton, clip.clean)
-    held_out = [i % 5 == 2 for i in range(len(clips))]
-    kept, spared = (
-        sum(
-            (_clip_moment(c.clean) for c, o in zip(clips, held_out, strict=True) if o == out),
-            _no_moment(skeleton),
-        )
-        for out in (False, True)
-    )
-    if not (kept + spared).any():
+    moment = sum((_clip_moment(clip.clean) for clip in learn_from), _no_moment(skeleton))
+    rest = sum((_clip_moment(clip.clean) for clip in set_aside), _no_moment(skeleton))
+    if not (moment + rest).any():
         raise ValueError("fitting needs a training clip in which something moves, got none")
     shrinkage = SHRINKAGES[1]
-    if len(clips) >= 5:
-        tests = [clip for clip, out in zip(clips, held_out, strict=True) if out][:5]
-        candidates = [WienerDenoiser(skeleton, _covariance(kept, s)) for s in SHRINKAGES]
+    if set_aside and moment.any():
+        tests = at_most(set_aside, 5)
+        candidates = [WienerDenoiser(skeleton, _covariance(moment, s)) for s in SHRINKAGES]
         errors = [sum(_square_error(c, clip) for clip in tests) for c in candidates]
         shrinkage = SHRINKAGES[int(np.argmin(errors))]
-    return WienerDenoiser(skeleton, _covariance(kept + spared, shrinkage))
+    return WienerDenoiser(skeleton, _covariance(moment + rest, shrinkage))
 
 
 def _no_moment(skeleton: Skeleton) -> FloatArray:

@@ -135,8 +135,7 @@ def plot_intervals(estimates: Mapping[str, Interval], *, unit: str, ax: Axes | N
         ax.text(high, i, f"  {value:.2f}", va="center", fontsize="small")
     ax.set_yticks(range(len(ranked)), ranked)
     ax.invert_yaxis()
-    ax.set_xlim(left=0)
-    ax.margins(x=0.12)
+    ax.set_xlim(0, 1.15 * max(interval.high for interval in estimates.values()))
     ax.set_xlabel(unit)
     ax.grid(axis="x", alpha=0.3)
     ax.spines[["top", "right"]].set_visible(False)
@@ -173,7 +172,10 @@ def plot_cost(
             capsize=3,
             label=f"{value:.2f}  {label}",
         )
-    ax.set_xscale("log")
+    speeds = np.log10([frames_per_second[label] for label in ranked])
+    ax.set_xscale("log")  # whole decades, or an axis of one speed alone would have no number
+    ax.set_xlim(10 ** np.floor(speeds.min() - 0.1), 10 ** np.ceil(speeds.max() + 0.1))
+    ax.xaxis.set_major_formatter("{x:,g}")
     ax.set_ylim(bottom=0)
     ax.set(xlabel="frames cleaned in a second", ylabel=unit)
     ax.grid(alpha=0.3)

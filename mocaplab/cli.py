@@ -190,7 +190,8 @@ def _add_evaluate_options(evaluate: argparse.ArgumentParser) -> None:
         "--methods",
         metavar="NAMES",
         help="names with commas between, or all (default): all but those that train a network, "
-        "which must be named; a wrong name shows the list",
+        "which must be named, and oracle, a bound that sees the clean signal; a wrong name shows "
+        "the list",
     )
     add(
         "--split",

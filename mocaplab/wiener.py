@@ -14,7 +14,7 @@ is also cleaned by what all other joints do. For Gaussian x and n no estimator a
 Neither covariance of a new clip is known. What we do about it:
 
 - *Scale.* A channel of a clip is centred on its mean and divided by its own standard deviation.
-  So C_x says how channels move together, not how far, and serves unfamiliar clips too.
+  So C_x says how channels move together, not how far, and serves unfamiliar clips.
 - *Noise.* Movement is smooth and noise is not, so third differences hold almost only noise
   (:func:`mocaplab.cosine_windows.estimate_noise_std`). No noise level is given from outside.
 - *Shrinkage.* Correlations between channels that the training clips suggest are reduced by a
@@ -26,7 +26,10 @@ Neither covariance of a new clip is known. What we do about it:
   an unknown g. We take the estimates for several g, and average them with the probability that
   y gives to each (a Gaussian scale mixture; Portilla et al. 2003 use it for images).
 
-The last two make the whole filter adaptive; given covariance and g it is linear.
+- *Faster than the cosines.* What they cannot show is cleaned channel by channel, with the same
+  formula for one number: signal power / (signal power + noise power), measured around a frame.
+
+The last three make the whole filter adaptive; given covariance and g it is linear.
 """
 
 from __future__ import annotations
@@ -45,20 +48,17 @@ from mocaplab.cosine_windows import (
     estimate_noise_std,
     inner_split,
 )
-from mocaplab.filters import filter_motion
-from mocaplab.motion import (
-    BoolArray,
-    Corrupted,
-    FloatArray,
-    Motion,
-    Skeleton,
-    moving_channels,
-)
+from mocaplab.filters import filter_motion, gaussian_filter
+from mocaplab.motion import BoolArray, Corrupted, FloatArray, Motion, Skeleton, moving_channels
 
 PRIOR_WINDOWS = 50.0
 """How many windows of the clip itself weigh as much as all training clips."""
 SCALES = (0.03, 0.1, 0.3, 1.0, 3.0, 10.0)
 """The values of g, how violent a window is, that are averaged."""
+REST_S = 0.3
+"""The time over which the power of what the cosines leave over is averaged, seconds."""
+SAFETY = 1.5
+"""How much stronger than noise that rest must be, so that chance does not let noise through."""
 SHRINKAGES = (0.03, 0.1, 0.3)
 """The shares of the correlations between channels to remove, of which fitting chooses one."""
 
@@ -157,7 +157,8 @@ class WienerDenoiser:
         # Never less than a tenth of the noise: a channel may be nothing but noise.
         spread = np.sqrt(np.maximum(values.var(axis=0) - noise**2, 0.01 * noise**2))
         windows = CosineWindows(motion.n_frames, motion.frame_time)
-        y = windows.analyse((values - mean) / spread)
+        scaled = (values - mean) / spread
+        y = windows.analyse(scaled)
         k = windows.basis.shape[1]
         # The 1e-6 keeps a channel without noise from dividing by 0.
         noise_var = np.repeat((noise / spread) ** 2 + 1e-6, k) / windows.length
@@ -165,8 +166,20 @@ class WienerDenoiser:
         prior = self.covariance[index][:, :k, index, :k].reshape(y.shape[1], y.shape[1])
         covariance = _adapt(prior, y, noise_var, motion.n_frames / windows.length)
         x = scale_mixture_estimate(y, covariance, noise_var)
-        result[:, moving] = windows.synthesise(x) * spread + mean
+        rest = _clean_rest(scaled - windows.synthesise(y), noise / spread, windows, motion)
+        result[:, moving] = (windows.synthesise(x) + rest) * spread + mean
         return result
+
+
+def _clean_rest(
+    rest: FloatArray, noise: FloatArray, windows: CosineWindows, motion: Motion
+) -> FloatArray:
+    """Keep of the fast rest, which the cosines cannot show, what is stronger than noise."""
+    noise_share = 1.0 - windows.basis.shape[1] / windows.length
+    power = gaussian_filter(rest**2, REST_S, motion.frame_time)
+    noise_power = SAFETY * noise_share * noise**2
+    kept: FloatArray = rest * np.maximum(1.0 - noise_power / np.maximum(power, 1e-12), 0.0)
+    return kept
 
 
 def _adapt(prior: FloatArray, y: FloatArray, noise_var: FloatArray, n_windows: float) -> FloatArray:

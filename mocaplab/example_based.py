@@ -18,7 +18,8 @@ clean ones x, a window x_w of them, bases B and weights c_w, we minimise
     sum rho((y - x) / noise)  +  strength * sum |(x_w - B c_w) / misfit|^2,
 
 where rho is the Lorentzian, noise the deviation of the noise of a channel, estimated from the
-signal itself, and misfit how far clean examples are from the bases. Iteratively reweighted
+signal itself, and misfit how far clean examples are from the bases (scaled to how much the
+channel moves in this clip). Iteratively reweighted
 least squares: given x, the weights are c_w = B' x_w; given those and the Lorentzian's weight of
 each sample, x is a weighted mean of the sample and of the overlapping windows B c_w.
 
@@ -55,7 +56,7 @@ from mocaplab.motion import (
 
 ENERGIES = (0.99, 0.997, 0.999, 0.9997)
 """The shares of the examples' energy that the bases may hold, of which fitting chooses one."""
-STRENGTHS = (0.1, 0.3, 1.0)
+STRENGTHS = (0.01, 0.03, 0.1, 0.3)
 """The factors on the second term that fitting chooses from. Clean clips are further from bases
 of other clips than those clips themselves, so less than 1 may be best."""
 OUTLIER_STD = 2.385
@@ -133,9 +134,9 @@ class ExampleBasedDenoiser:
     skeleton : Skeleton
     bases : array, shape (A, K, m)
         Orthonormal bases of the A cleaned channels (``Skeleton.is_cleaned``).
-    misfit : array, shape (A,), degrees
-        How far clean examples are from the bases (root mean square); infinite for a channel
-        that never moved in the examples, which is not cleaned then.
+    misfit : array, shape (A,)
+        How far clean examples are from the bases (root mean square), as a share of the movement
+        of the channel; infinite if it never moved in the examples, and it is not cleaned then.
     strength : float
     """
 
@@ -164,7 +165,8 @@ class ExampleBasedDenoiser:
         values = motion.channels[:, cleaned]
         noise, mean = estimate_noise_std(values, mask[:, cleaned]), values.mean(axis=0)
         noise = np.maximum(noise, 1e-6)  # degrees; a channel without noise has no outliers
-        stiffness = self.strength * (noise / self.misfit) ** 2
+        spread = np.maximum(values.std(axis=0), noise)
+        stiffness = self.strength * (noise / (self.misfit * spread)) ** 2
         margin = 2 * CosineWindows(motion.n_frames, motion.frame_time).length
         for start in range(0, motion.n_frames, PIECE_FRAMES):
             first, stop = max(start - margin, 0), start + PIECE_FRAMES
@@ -239,8 +241,10 @@ def _bases_and_misfit(second_moment: FloatArray, energy: float) -> tuple[FloatAr
     bases = learn_bases(second_moment, energy)
     held = np.einsum("dm,dm->d", second_moment @ bases, bases)  # of each coefficient's square
     missed = (np.diag(second_moment) - held).reshape(-1, N_COEFFICIENTS).sum(axis=1)
-    moved = np.diag(second_moment).reshape(-1, N_COEFFICIENTS).sum(axis=1) > CONSTANT_STD_DEG**2
-    misfit = np.where(moved, np.sqrt(np.maximum(missed, CONSTANT_STD_DEG**2)), np.inf)
+    power = np.diag(second_moment).reshape(-1, N_COEFFICIENTS).sum(axis=1)
+    moved = power > CONSTANT_STD_DEG**2
+    share = np.maximum(missed, 0.0) / np.where(moved, power, 1.0)
+    misfit = np.where(moved, np.sqrt(np.maximum(share, 1e-4)), np.inf)
     return bases.reshape(-1, N_COEFFICIENTS, bases.shape[1]), misfit
 
 

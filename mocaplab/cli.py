@@ -201,6 +201,7 @@ def _add_evaluate_options(evaluate: argparse.ArgumentParser) -> None:
     )
     add("--holdouts", type=_count, metavar="N", help="holdouts that share no clip (default: 5)")
     add("-o", "--output", metavar="FOLDER", help="for rows, tables, plots (default: evaluation)")
+    add("--epochs", type=_count, metavar="N", help="to train networks for (default: 200)")
     add("--workers", type=_count, metavar="N", help="processes (default: one a core)")
     add("--scheduler", metavar="ADDRESS", help="run on a Dask cluster, such as tcp://host:8786")
 

@@ -26,7 +26,7 @@ from mocaplab.draws import draw_test, draw_training
 from mocaplab.files import write_atomically
 from mocaplab.filters import Denoiser, oracle_gaussian
 from mocaplab.measures import MEASURES
-from mocaplab.methods import METHODS
+from mocaplab.methods import METHODS, NETWORK_LABELS
 from mocaplab.motion import Corrupted, Motion
 from mocaplab.splits import Split
 
@@ -47,10 +47,11 @@ class Job:
     holdout : str, the split's name
     split : Split
     corruption : str, a recipe, see :func:`mocaplab.corruption.parse_recipe`
-    method : str, a name in ``METHODS``, or ``ORACLE``
+    method : str, a name in ``METHODS`` or ``NETWORK_LABELS``, or ``ORACLE``
     measures : tuple of str, names in ``MEASURES``
     seed : int
     repetitions : int, times that fresh noise is drawn for every test clip
+    epochs : int, for which networks are trained
     """
 
     holdout: str
@@ -60,6 +61,7 @@ class Job:
     measures: tuple[str, ...]
     seed: int
     repetitions: int
+    epochs: int = 200
 
     @property
     def name(self) -> str:
@@ -75,10 +77,11 @@ def make_jobs(
     *,
     seed: int,
     repetitions: int,
+    epochs: int = 200,
 ) -> list[Job]:
     """List all jobs, those of one corruption together, so that its noise is drawn once."""
     return [
-        Job(holdout, split, recipe, method, tuple(measures), seed, repetitions)
+        Job(holdout, split, recipe, method, tuple(measures), seed, repetitions, epochs)
         for recipe in recipes
         for holdout, split in splits.items()
         for method in methods
@@ -129,6 +132,7 @@ def fingerprint(dataset: Dataset, job: Job) -> dict[str, Any]:
         "measures": list(job.measures),
         "seed": job.seed,
         "repetitions": job.repetitions,
+        "epochs": job.epochs if job.method in NETWORK_LABELS else None,
         "training clips": _digest(dataset, job.split.train),
         "test clips": _digest(dataset, job.split.test),
     }
@@ -152,7 +156,7 @@ def run_job(dataset: Dataset, job: Job, models: Path | None = None) -> Result:
     ----------
     dataset : Dataset
     job : Job
-    models : folder for what slow methods learn, or None to keep nothing
+    models : folder for trained networks, or None to keep none
 
     Raises
     ------
@@ -195,30 +199,29 @@ def _fit(dataset: Dataset, job: Job, models: Path | None) -> Callable[[Corrupted
     """Fit the method on the training clips, corrupted by the same recipe."""
     if job.method == ORACLE:
         return oracle_gaussian
-    clips = [
-        draw_training(dataset.clips[i], job.corruption, seed=job.seed) for i in job.split.train
-    ]
-    method = METHODS[job.method]
-    fit: Callable[..., Denoiser] = method.fit
-    if getattr(method, "slow", False):
-        denoiser = fit(clips, folder=_model_folder(dataset, job, models))
+    denoiser: Denoiser
+    if job.method in NETWORK_LABELS:
+        from mocaplab.network_methods import train_method
+
+        clean = [dataset.clips[i] for i in job.split.train]
+        denoiser = train_method(job.method, clean, job.epochs, *_model_files(job, models))
     else:
-        denoiser = fit(clips)
+        clips = [
+            draw_training(dataset.clips[i], job.corruption, seed=job.seed) for i in job.split.train
+        ]
+        denoiser = METHODS[job.method].fit(clips)
     return lambda clip: denoiser.denoise(clip.observed, clip.mask)
 
 
-def _model_folder(dataset: Dataset, job: Job, models: Path | None) -> Path | None:
-    """Make the folder in which a slow method keeps what it learns, of this very job alone."""
+def _model_files(job: Job, models: Path | None) -> tuple[Path | None, Path | None]:
+    """Name the files for a trained network and for the state of its training.
+
+    All corruptions share the network. Two jobs may train it at the same time, each with a
+    state of its own; they get the same, and the second file replaces the first.
+    """
     if models is None or not models.is_dir():  # a machine of a cluster, without our disk
-        return None
-    folder = models / job.name
-    folder.mkdir(exist_ok=True)
-    note, expected = folder / "fingerprint.json", fingerprint(dataset, job)
-    if not note.exists():
-        write_atomically(note, json.dumps(expected))
-    elif json.loads(note.read_text(encoding="utf-8")) != expected:
-        raise ValueError(f"{folder} holds what was learned with other settings; take it away")
-    return folder
+        return None, None
+    return models / f"{job.method}-{job.holdout}.safetensors", models / f"{job.name}.part"
 
 
 def _check_finite(cleaned: Motion) -> None:

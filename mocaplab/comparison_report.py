@@ -15,7 +15,7 @@ from mocaplab.bootstrap import Interval, percentile_interval, resampled_means
 from mocaplab.comparison import ORACLE, Job, Result
 from mocaplab.evaluation import format_table
 from mocaplab.measures import MEASURES
-from mocaplab.methods import METHODS
+from mocaplab.methods import METHODS, NETWORK_LABELS
 from mocaplab.motion import FloatArray
 
 BASELINE = "gaussian_tuned"
@@ -53,7 +53,9 @@ class Estimate:
 
 def method_label(name: str) -> str:
     """Return how tables call a method."""
-    return "oracle Gaussian (sees the clean signal)" if name == ORACLE else METHODS[name].label
+    if name == ORACLE:
+        return "oracle Gaussian (sees the clean signal)"
+    return NETWORK_LABELS.get(name) or METHODS[name].label
 
 
 def results_to_csv(results: Mapping[Job, Result]) -> str:

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from mocaplab.cleaning import Cleaner
     from mocaplab.comparison import Job, Result
 
-OF_COMPARISON = ("methods", "split", "holdouts", "output", "workers", "scheduler")
+OF_COMPARISON = ("methods", "split", "holdouts", "epochs", "output", "workers", "scheduler")
 """Options that go with --data alone; they are None where they are not given."""
 
 OF_MODEL = ("model", "all_clips")
@@ -79,7 +79,13 @@ def _compare_all(options: argparse.Namespace) -> None:
     for name, why in refused.items():
         print(f"{name} is left out: {why}")
     jobs = make_jobs(
-        splits, recipes, methods, measures, seed=options.seed, repetitions=options.repeats
+        splits,
+        recipes,
+        methods,
+        measures,
+        seed=options.seed,
+        repetitions=options.repeats,
+        epochs=options.epochs or 200,
     )
     title = (
         f"{len(dataset)} clips of {dataset.name}, {len(splits)} holdouts ({kind}), every test "
@@ -144,7 +150,7 @@ def read_recipes(text: str) -> list[str]:
 
 
 def read_methods(text: str) -> list[str]:
-    """Read names of methods joined by commas, or "all": all but the slow, and the oracle.
+    """Read names of methods joined by commas, or "all": all but networks, and the oracle.
 
     Raises
     ------
@@ -152,15 +158,13 @@ def read_methods(text: str) -> list[str]:
         If there is no such method; the message has the nearest names.
     """
     from mocaplab.comparison import ORACLE
-    from mocaplab.methods import METHODS
+    from mocaplab.methods import METHODS, NETWORK_LABELS
 
     if text == "all":
-        slow = [name for name, method in METHODS.items() if getattr(method, "slow", False)]
-        if slow:
-            print(f"slow methods are left out; name them to compare them: {', '.join(slow)}")
-        return [*(name for name in METHODS if name not in slow), ORACLE]
+        print(f"left out, since they are trained for minutes: {', '.join(NETWORK_LABELS)}")
+        return [*METHODS, ORACLE]
     names = [name.strip() for name in text.split(",")]
-    known = [*METHODS, ORACLE]
+    known = [*METHODS, *NETWORK_LABELS, ORACLE]
     for name in names:
         if name not in known:
             near = ", ".join(get_close_matches(name, known, cutoff=0.0))

@@ -175,7 +175,7 @@ def run_jobs(
     dataset : Dataset
     jobs : list of Job
     folder : Path
-        Results are in its folder rows, what slow methods learn in models, and the whole
+        Results are in its folder rows, trained networks in models, and the whole
         message of a failed job in failed.
     open_workers : function
         Called with the data set, returns a context manager that gives Workers.

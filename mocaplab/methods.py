@@ -1,6 +1,7 @@
 """Every method that cleans a motion, by name: what the comparisons run over.
 
-A further method is one more line in ``METHODS``. A ``fit`` sees training clips only, and
+A further method is one more line in ``METHODS``. Networks, which take minutes to train and
+need torch, have only their names here. A ``fit`` sees training clips only, and
 what it returns never sees a clean motion.
 """
 
@@ -93,4 +94,18 @@ METHODS: dict[str, Method] = {
         Method("example_based", "example-based (Lou and Chai)", _fit_example_based),
     )
 }
-"""All methods by name."""
+"""All methods but the networks, by name."""
+
+
+NETWORK_LABELS = {
+    "ebf": "EBF",
+    "ebf_bias": "EBF with bias",
+    "ebf_free": "EBF, free kernels",
+    "bf": "BF (no encoder)",
+    "nn": "NN (dense layers)",
+}
+"""The networks, name -> label; :mod:`mocaplab.network_methods` trains them.
+
+They learn from the clean training clips, with noise that they draw themselves. So one
+network serves for all corruptions.
+"""

@@ -140,34 +140,20 @@ def test_a_method_that_leaves_gaps_is_refused(few, job, monkeypatch):
         run_job(few, job)
 
 
-class _Slow:
-    """A method that keeps what it learns."""
-
-    label = name = "slow"
-    slow = True
-
-    def __init__(self):
-        self.trained = 0
-
-    def fit(self, clips, folder):
-        if folder is None or not (folder / "model").exists():
-            self.trained += 1
-            if folder is not None:
-                (folder / "model").write_text("learned")
-        return GaussianDenoiser(0.03)
-
-
-def test_what_a_slow_method_learns_is_kept(few, job, tmp_path, monkeypatch):
-    slow = _Slow()
-    monkeypatch.setitem(METHODS, "gaussian_tuned", slow)
-    for _ in range(2):
-        run_job(few, job, tmp_path)
-    assert slow.trained == 1
-    run_job(few, job, None)
-    run_job(few, job, tmp_path / "not there")  # another machine
-    assert slow.trained == 3
-    with pytest.raises(ValueError, match="was learned with other settings"):
-        run_job(few, replace(job, seed=1), tmp_path)
+def test_a_network_is_trained_once_for_all_corruptions(few, job, tmp_path):
+    job = replace(job, method="bf", epochs=1)
+    first = run_job(few, job, tmp_path)
+    (model,) = tmp_path.iterdir()  # and no state is left
+    written = model.stat().st_mtime_ns
+    for other in (job, replace(job, corruption="angular:0.1")):
+        again = run_job(few, other, tmp_path)
+        assert model.stat().st_mtime_ns == written
+    without_disk = run_job(few, job, tmp_path / "not there")  # another machine
+    for row, same in zip(first["rows"], without_disk["rows"], strict=True):
+        assert row["rms_all_deg"] == same["rms_all_deg"]
+    assert again["rows"][0]["rms_all_deg"] != first["rows"][0]["rms_all_deg"]
+    with pytest.raises(ValueError, match="was trained on other clips or otherwise"):
+        run_job(few, replace(job, epochs=2), tmp_path)
 
 
 def test_rows_are_read_back_as_they_were(few, job, tmp_path):

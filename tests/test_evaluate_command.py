@@ -11,7 +11,7 @@ from mocaplab.bvh import save_bvh
 from mocaplab.cli import main
 from mocaplab.corruption import CORRUPTIONS
 from mocaplab.evaluate_command import _load, read_methods, read_recipes
-from mocaplab.methods import METHODS, Method
+from mocaplab.methods import METHODS
 
 
 @pytest.fixture
@@ -154,13 +154,9 @@ def test_all_noise():
     assert read_recipes("0.5,angular:0.50,gaps+0.1") == ["angular:0.5", "gaps:0.001+angular:0.1"]
 
 
-def test_all_methods_are_all_but_the_slow(monkeypatch, capsys):
-    class Slow(Method):
-        slow = True
-
-    monkeypatch.setitem(METHODS, "ebf", Slow("ebf", "EBF", lambda clips: None))
-    assert read_methods("all") == [*(name for name in METHODS if name != "ebf"), "oracle"]
-    assert "slow methods are left out; name them to compare them: ebf" in capsys.readouterr().out
+def test_all_methods_are_all_but_the_networks(capsys):
+    assert read_methods("all") == [*METHODS, "oracle"]
+    assert "trained for minutes: ebf," in capsys.readouterr().out
     assert read_methods("ebf, noisy,ebf") == ["ebf", "noisy"]
 
 

@@ -76,6 +76,7 @@ LAYERS = [
     ["corruption", "foot_measures", "synthesis"],
     ["datasets", "measures"],
     ["draws", "evaluation", "exercises", "training"],
+    ["network_methods"],
     ["comparison"],
     ["comparison_report", "job_runner"],
     ["evaluate_command"],

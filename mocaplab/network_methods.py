@@ -1,0 +1,62 @@
+"""The networks as methods to compare: trained on one holdout's clips, and kept in files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from mocaplab.checkpoints import load_checkpoint, save_checkpoint
+from mocaplab.cleaning import Cleaner
+from mocaplab.datasets import clip_digest
+from mocaplab.motion import Motion
+from mocaplab.networks import EBFConfig, NNConfig
+from mocaplab.training import TrainConfig, train
+
+CONFIGS: dict[str, Callable[[int], Any]] = {
+    "ebf": EBFConfig,
+    "ebf_bias": lambda n: EBFConfig(n, bias=True),
+    "ebf_free": lambda n: EBFConfig(n, kernel="free"),
+    "bf": lambda n: EBFConfig(n, encoder=False),
+    "nn": NNConfig,
+}
+"""For the name of a method, a function from the number of channels to the network's shape."""
+
+
+def train_method(
+    name: str, clips: Sequence[Motion], epochs: int, model: Path | None, state: Path | None
+) -> Cleaner:
+    """Train a network on clean clips, or load it if that was done before.
+
+    Parameters
+    ----------
+    name : str, a name in ``CONFIGS``
+    clips : list of Motion, clean; the noise is drawn here
+    epochs : int
+    model : file to keep the network in, or None
+    state : file for the state of training, from which it goes on after a stop, or None
+
+    Raises
+    ------
+    CheckpointError
+        If the file holds another network, or one of other clips.
+    """
+    network = CONFIGS[name](int(clips[0].skeleton.is_cleaned.sum()))
+    config = replace(TrainConfig(), epochs=epochs)
+    if model is not None and model.exists():
+        checkpoint = load_checkpoint(model)
+        seen = set(checkpoint.trained_on.values())
+        if (
+            seen != {clip_digest(clip) for clip in clips}
+            or checkpoint.model.config != network
+            or checkpoint.info["train"]["epochs"] != epochs
+        ):
+            raise ValueError(f"{model} was trained on other clips or otherwise; take it away")
+        return Cleaner(checkpoint)
+    checkpoint = train(clips, config, network, state_path=state, progress=False)
+    if model is not None:
+        save_checkpoint(checkpoint, model)
+    if state is not None:
+        state.unlink(missing_ok=True)
+    return Cleaner(checkpoint)

@@ -21,8 +21,9 @@ TOOLS = sorted((ROOT / "data_tools").glob("*.py"))
 
 # Each module may import only modules that stand on a line above its own.
 LAYERS = [
-    ["adaptive_filter", "files", "layers", "motion", "parallel", "splits"],
+    ["adaptive_filter", "files", "layers", "motion", "parallel", "sliders", "splits"],
     [
+        "answers",
         "bootstrap",
         "bvh_hierarchy",
         "cosine_windows",
@@ -77,7 +78,7 @@ LAYERS = [
     ["datasets", "measures"],
     ["draws", "evaluation", "exercises", "training"],
     ["network_methods"],
-    ["comparison"],
+    ["comparison", "exercises_noise"],
     ["comparison_report", "job_runner"],
     ["evaluate_command"],
     ["commands"],

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import sys
+from pathlib import Path
 
 import matplotlib
 import matplotlib.pyplot as plt
@@ -67,3 +69,19 @@ def test_without_ipywidgets_the_error_says_what_to_install(monkeypatch):
     monkeypatch.delitem(sys.modules, "mocaplab.sliders")
     with pytest.raises(ImportError, match="mocaplab"):
         import mocaplab.sliders  # noqa: F401
+
+
+def test_the_slider_of_notebook_02():
+    path = Path(__file__).parent.parent / "notebooks" / "02_noise_and_gaps.ipynb"
+    names: dict[str, object] = {}
+    for cell in json.loads(path.read_text("utf-8"))["cells"]:
+        if cell["cell_type"] == "code" and "slider" not in names:
+            exec("".join(cell["source"]), names)
+    plt.close("all")
+    slider = names["slider"]
+    pictures = set()
+    for value in (slider.slider.min, 0.5, slider.slider.max):
+        slider.slider.value = value
+        pictures.add(bytes(slider.picture.value))
+    assert len(pictures) == 3
+    assert plt.get_fignums() == []

@@ -28,12 +28,12 @@ def main() -> None:
     joined = make_continuous(walk)
 
     figure, (left, middle, right) = plt.subplots(
-        1, 3, figsize=(11, 3.2), width_ratios=[3, 4, 5], layout="constrained"
+        1, 3, figsize=(10, 3.4), width_ratios=[3, 4, 4], layout="constrained"
     )
     numbers = [" ".join(f"{value:.4g}" for value in row[:4]) + " ..." for row in walk.channels[:3]]
     lines = [*hierarchy_lines(walk.skeleton)[:11], "  ...", "MOTION", "Frames: 429", *numbers]
-    text = "\n".join(line.replace("\t", "  ")[:38] for line in lines)
-    left.text(0, 1, text, va="top", family="monospace", fontsize=7.5)
+    text = "\n".join(line.replace("\t", "  ")[:34] for line in lines)
+    left.text(0, 1, text, va="top", family="monospace", fontsize=8)
     left.set_title("text", loc="left")
     left.axis("off")
 
@@ -45,7 +45,7 @@ def main() -> None:
     middle.legend(loc="upper left", ncols=2, fontsize="small")
     middle.grid(alpha=0.3)
 
-    plot_skeleton(walk, range(30, 420, 55), ax=right, color=COLORS["EBF"], spacing=11)
+    plot_skeleton(walk, range(30, 420, 75), ax=right, color=COLORS["EBF"], spacing=10)
     right.set_title("motion", loc="left")
     figure.savefig(options.output, dpi=100)
 

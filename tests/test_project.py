@@ -78,7 +78,7 @@ LAYERS = [
     ["datasets", "measures"],
     ["draws", "evaluation", "exercises", "training"],
     ["network_methods"],
-    ["comparison", "exercises_bvh", "exercises_noise"],
+    ["comparison", "exercises_bvh", "exercises_noise", "exercises_smoothing"],
     ["comparison_report", "job_runner"],
     ["evaluate_command"],
     ["commands"],

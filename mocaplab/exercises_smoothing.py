@@ -119,18 +119,15 @@ def check_tuning(answer: Any, clips: Sequence[Corrupted], others: Sequence[Corru
         if problem or got is None or got.size != 1:
             return problem or "Your function must return one number: a width in seconds."
         found.append(float(got.ravel()[0]))
-    wrong = [
-        (width, some)
-        for width, some in zip(found, (clips, others), strict=True)
-        if not _is_best_width(width, some)
-    ]
+    tables = [(some, _squared_errors(some)) for some in (clips, others)]
+    wrong = [(w, *t) for w, t in zip(found, tables, strict=True) if not _is_best_width(w, t[1])]
     if not wrong:
         return (
             f"Right: {1000 * found[0]:.0f} ms for the first list, {1000 * found[1]:.0f} ms for "
             f"the other. No width does better on the clips that your function was given."
         )
-    for width, some in wrong:
-        if hint := _known_wrong_width(width, some):
+    for width, some, errors in wrong:
+        if hint := _known_wrong_width(width, some, errors):
             return hint
     if found[0] == found[1]:
         return (
@@ -147,29 +144,22 @@ def check_tuning(answer: Any, clips: Sequence[Corrupted], others: Sequence[Corru
 
 
 def _squared_errors(clips: Sequence[Corrupted]) -> FloatArray:
-    """Squared error of every clip with every width of the grid, shape (clips, widths)."""
+    """Sum the squared error of every clip with every width of the grid, (clips, widths)."""
     candidates = [GaussianDenoiser(s) for s in SIGMA_GRID_S]
     return np.array([squared_errors(candidates, clip).sum(axis=1) for clip in clips])
 
 
-def _totals(clips: Sequence[Corrupted]) -> tuple[FloatArray, FloatArray]:
-    """Sum of squares over all clips, and the mean RMS of the clips: both are honest."""
-    errors = _squared_errors(clips)
-    frames = np.array([[clip.clean.n_frames] for clip in clips])
-    return errors.sum(axis=0), np.sqrt(errors / frames).mean(axis=0)
-
-
-def _is_best_width(width: float, clips: Sequence[Corrupted]) -> bool:
+def _is_best_width(width: float, errors: FloatArray) -> bool:
     """Tell whether a width is as good as the best one, to a hundredth of the error."""
-    return 0 < width < 1 and any(
-        np.interp(width, SIGMA_GRID_S, total) <= 1.01 * total.min() for total in _totals(clips)
-    )
+    total = errors.sum(axis=0)
+    return bool(0 < width < 1 and np.interp(width, SIGMA_GRID_S, total) <= 1.01 * total.min())
 
 
-def _known_wrong_width(width: float, clips: Sequence[Corrupted]) -> str:
-    total, fps = _totals(clips)[0], clips[0].clean.fps
+def _known_wrong_width(width: float, clips: Sequence[Corrupted], errors: FloatArray) -> str:
+    total, fps = errors.sum(axis=0), clips[0].clean.fps
+    rms = np.sqrt(errors / np.array([[clip.clean.n_frames] for clip in clips]))
     best = float(SIGMA_GRID_S[np.argmin(total)])
-    each = SIGMA_GRID_S[np.argmin(_squared_errors(clips), axis=1)]
+    each = SIGMA_GRID_S[np.argmin(errors, axis=1)]
     add_up = "Add up the errors of all clips first, then choose once."
     known = {
         float(np.argmin(total)): "That is a place in the list of widths. Return the width at "
@@ -178,6 +168,8 @@ def _known_wrong_width(width: float, clips: Sequence[Corrupted]) -> str:
         best * 1000: "That is in milliseconds. The answer is wanted in seconds.",
         float(SIGMA_GRID_S[np.argmax(total)]): "That is the width with the largest error. Take "
         "the smallest.",
+        float(SIGMA_GRID_S[np.argmin(rms.mean(axis=0))]): "That is best by the mean RMS of the "
+        "clips. It is honest, too, but the task asks for the sum of the squared errors.",
         float(np.mean(each)): f"That is the mean of each clip's best width. {add_up}",
         float(np.median(each)): f"That is the median of each clip's best width. {add_up}",
         float(each[-1]): f"That is the best width of the last clip alone. {add_up}",

@@ -140,7 +140,7 @@ def each(clips):
     [
         (lambda clips: tune_gaussian(clips)[0], "Right"),
         (lambda clips: np.array([tune_gaussian(clips)[0] * 1.02]), "Right"),
-        (mean_rms_tuning, "Right"),
+        (mean_rms_tuning, "the mean RMS of the clips"),
         (lambda clips: int(np.argmin(abs(SIGMA_GRID_S - tune_gaussian(clips)[0]))), "a place"),
         (lambda clips: 120 * tune_gaussian(clips)[0], "in frames"),
         (lambda clips: 1000 * tune_gaussian(clips)[0], "in milliseconds"),

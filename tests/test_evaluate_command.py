@@ -85,6 +85,16 @@ def test_failed_jobs_are_listed_and_the_others_are_written(folder, tmp_path, cap
     assert len(list((tmp_path / "out" / "failed").iterdir())) == 2
 
 
+def test_the_shortest_clip_decides_before_any_work(folder, embedded, tmp_path, capsys):
+    save_bvh(embedded.clips[4].slice_frames(0, 8), folder / "walk_99.bvh")
+    command = ["--data", folder, "--methods", "noisy", "--holdouts", 2, "-o", tmp_path / "out"]
+    line = refused([*command, "--noise", "long_gaps:0.2"], capsys)
+    assert "motion 'walk_99': expected a gap shorter than the clip" in line
+    assert main(["evaluate", *map(str, command)]) == 0
+    left_out = "acceleration_error_cm_s2 is left out: walk_99: expected at least 9 frames, got 8"
+    assert left_out in capsys.readouterr().out
+
+
 def test_other_settings_in_the_same_folder_are_refused(folder, tmp_path, capsys):
     command = ["--data", folder, "--methods", "noisy", "--holdouts", 2, "-o", tmp_path / "out"]
     assert main(["evaluate", *map(str, command)]) == 0

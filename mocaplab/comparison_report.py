@@ -26,6 +26,7 @@ BEST_CLIPS = 6
 do that 1 time in 16."""
 
 TABLE_MEASURES = ("rms_all_deg", "rms_moving_deg")
+"""What tables and plots show of every corruption; all other measures are in table.csv."""
 
 
 EXPLANATION = """\
@@ -200,11 +201,11 @@ def _column(
 def estimates_to_markdown(
     estimates: Sequence[Estimate], speeds: Mapping[tuple[str, str], float]
 ) -> str:
-    """Write a table for each corruption and each kind of RMS."""
+    """Write a table for each corruption and each kind of RMS; inside gaps, if there are any."""
     parts = []
     for corruption in dict.fromkeys(e.corruption for e in estimates):
         parts.append(f"## {corruption}")
-        for measure in TABLE_MEASURES:
+        for measure in (*TABLE_MEASURES, "gap_rms_deg"):
             chosen = [e for e in estimates if (e.corruption, e.measure) == (corruption, measure)]
             if chosen:
                 parts.append(f"{MEASURES[measure].title}\n\n{_table(chosen, speeds)}")

@@ -153,11 +153,23 @@ def test_markdown_shows_both_kinds_of_rms_cost_and_the_best(errors):
     assert "RMS over all joint angles, degrees" in text
     assert "RMS over the angles that move, degrees" in text
     rows = [line for line in text.splitlines() if line.startswith(f"| {METHODS['savgol'].label} ")]
-    assert len(rows) == 2
+    assert len(rows) == 3  # the third is of the samples inside gaps
     assert f"**{errors['savgol'].mean():.3f}**" in rows[0]
     assert rows[0].rstrip(" |").endswith("200")
     assert "sees the clean signal" in text
     assert "| run (6) | walk (6) | all (12) |" in " ".join(text.split())
+
+
+def test_markdown_shows_errors_inside_gaps_where_there_are_gaps(errors):
+    results = make_results(errors)
+    title = "RMS over the hidden angles, degrees"
+    text = estimates_to_markdown(estimate(results), frames_per_second(results))
+    assert "| all (10) |" in " ".join(text[text.index(title) :].split())  # two clips have none
+    for result in results.values():
+        for row in result["rows"]:
+            row["gap_rms_deg"] = np.nan
+    text = estimates_to_markdown(estimate(results), frames_per_second(results))
+    assert title not in text
 
 
 def test_plots_are_written_and_show_every_method(errors, tmp_path, monkeypatch):

@@ -161,6 +161,8 @@ def squared_errors(candidates: Sequence[Smoother], clip: Corrupted) -> FloatArra
 def tune_gaussian(clips: Iterable[Corrupted]) -> tuple[float, FloatArray]:
     """Find the Gaussian widths with the smallest squared error on training clips.
 
+    Only channels that move count: the root is not smoothed when a clip is cleaned.
+
     Parameters
     ----------
     clips : Corrupted clips of one skeleton; never test clips
@@ -173,7 +175,10 @@ def tune_gaussian(clips: Iterable[Corrupted]) -> tuple[float, FloatArray]:
         The best width of each channel; the single one where a channel never moves.
     """
     candidates = [GaussianDenoiser(sigma_s) for sigma_s in SIGMA_GRID_S]
-    errors = [squared_errors(candidates, clip) for clip in clips]
+    errors = [
+        np.where(moving_channels(clip.clean), squared_errors(candidates, clip), 0.0)
+        for clip in clips
+    ]
     if not errors:
         raise ValueError("tuning needs at least one training clip")
     error = np.sum(errors, axis=0)  # (widths, C)

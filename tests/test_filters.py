@@ -89,6 +89,16 @@ def test_tuning_finds_the_best_width_on_the_grid(walk):
         tune_gaussian([])
 
 
+def test_tuning_does_not_look_at_the_root(walk):
+    trembling = walk.channels.copy()
+    trembling[::2, :3] += 100.0  # which any smoothing would make worse
+    clips = [
+        corrupt(motion, "angular:0.5", rng=np.random.default_rng(0))
+        for motion in (walk, walk.with_channels(trembling))
+    ]
+    assert tune_gaussian(clips[1:])[0] == tune_gaussian(clips[:1])[0]
+
+
 def test_no_gaussian_beats_the_one_that_sees_the_truth(walk):
     clip = corrupt(walk, "angular:0.5", rng=np.random.default_rng(0))
     moves = moving_channels(walk)

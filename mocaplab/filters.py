@@ -122,6 +122,24 @@ class Smoother(ABC):
         return filter_motion(observed, lambda m: self.smooth(m.channels, seen, m.frame_time))
 
 
+class GapFiller:
+    """The Denoiser that fills gaps and smooths nothing.
+
+    Parameters
+    ----------
+    fill : function
+        Takes a motion with continuous angles and returns it without NaN, such as
+        :func:`mocaplab.gap_filling.pchip_gaps`.
+    """
+
+    def __init__(self, fill: Callable[[Motion], Motion]):
+        self.fill = fill
+
+    def denoise(self, observed: Motion, mask: BoolArray) -> Motion:
+        """Return the filled motion; see :class:`Denoiser`."""
+        return filter_motion(observed, lambda motion: motion.channels, self.fill)
+
+
 class Untouched(Smoother):
     """The denoiser that does nothing but fill gaps by lerp: the score to start from."""
 

@@ -11,7 +11,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
-from mocaplab.filters import Denoiser, GaussianDenoiser, Untouched, tune_gaussian
+from mocaplab.filters import Denoiser, GapFiller, GaussianDenoiser, Untouched, tune_gaussian
+from mocaplab.gap_filling import pchip_gaps, spline_gaps
 from mocaplab.kalman import fit_kalman
 from mocaplab.motion import Corrupted
 from mocaplab.smoothers import (
@@ -60,10 +61,28 @@ def _fit_example_based(clips: Sequence[Corrupted]) -> Denoiser:
     return fit_example_based(clips)
 
 
+def _fit_pca(clips: Sequence[Corrupted]) -> Denoiser:
+    from mocaplab.gap_pca import fit_pca_gaps
+
+    return GapFiller(fit_pca_gaps(clips))
+
+
+def _fit_lowrank(clips: Sequence[Corrupted]) -> Denoiser:
+    from mocaplab.gap_lowrank import fit_lowrank_gaps
+
+    return GapFiller(fit_lowrank_gaps(clips))
+
+
 METHODS: dict[str, Method] = {
     method.name: method
     for method in (
-        Method("noisy", "observed, gaps filled", _untuned(Untouched())),
+        # These fill gaps and smooth nothing.
+        Method("noisy", "observed, gaps by lines", _untuned(Untouched())),
+        Method("pchip", "gaps by PCHIP", _untuned(GapFiller(pchip_gaps))),
+        Method("spline", "gaps by a spline", _untuned(GapFiller(spline_gaps))),
+        Method("pca", "gaps by PCA", _fit_pca),
+        Method("lowrank", "gaps by low rank and Kalman", _fit_lowrank),
+        # All others fill gaps by straight lines, but the Kalman smoothers, which bridge them.
         Method("gaussian_58", "Gaussian 58 ms", _untuned(GaussianDenoiser(0.058))),
         Method("gaussian_125", "Gaussian 125 ms", _untuned(GaussianDenoiser(0.125))),
         Method(

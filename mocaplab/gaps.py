@@ -133,7 +133,7 @@ def long_gap_mask(
             f"a long gap must last 0 seconds or more, in 0 joints or more, got {seconds} s in "
             f"{n_joints} joints"
         )
-    length = round(seconds / motion.frame_time)
+    length = round(min(seconds / motion.frame_time, motion.n_frames))
     room = motion.n_frames - 2 - length  # the first and the last frame stay observed
     if room < 0:
         raise ValueError(

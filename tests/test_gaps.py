@@ -111,6 +111,7 @@ def test_the_longest_gap_that_fits(walk):
         (gap_mask, [0.1, np.inf], "mean gap length"),
         (long_gap_mask, [-1.0], "0 seconds or more"),
         (long_gap_mask, [np.nan], "0 seconds or more"),
+        (long_gap_mask, [1e308], "expected a gap shorter than the clip"),
     ],
 )
 def test_nonsense_is_refused(walk, draw, arguments, message):

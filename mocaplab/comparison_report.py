@@ -163,7 +163,13 @@ def _tables(
             action_of[row["clip"]] = row["action"]
             of_method.setdefault(row["clip"], []).append(row)
     clips = sorted(action_of)
-    methods = [method for method, rows in rows_of.items() if len(rows) == len(clips)]
+    # A clip may be in several holdouts; a method must have its rows of all of them.
+    most = {clip: max(len(rows.get(clip, ())) for rows in rows_of.values()) for clip in clips}
+    methods = [
+        method
+        for method, rows in rows_of.items()
+        if all(len(rows.get(clip, ())) == most[clip] for clip in clips)
+    ]
     tables = {}
     for measure in next(iter(results)).measures:
         values = [

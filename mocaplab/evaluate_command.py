@@ -100,6 +100,8 @@ def _compare_all(options: argparse.Namespace) -> None:
         else partial(local_workers, processes=options.workers or _cores())
     )
     results, failed = run_jobs(dataset, jobs, folder, open_workers)
+    if failed:
+        title += f"; {len(failed)} of {len(jobs)} jobs failed, and what they lack is left out"
     if results:
         _write_report(results, title, folder, options.seed)
     for job, why in failed.items():

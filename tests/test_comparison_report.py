@@ -2,6 +2,7 @@
 
 import csv
 import io
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -120,6 +121,14 @@ def test_a_method_that_lacks_clips_is_left_out(errors):
     lost = next(job for job in results if job.method == "savgol")
     del results[lost]
     assert {e.method for e in estimate(results)} == {"noisy", BASELINE, ORACLE}
+
+
+def test_a_method_that_lacks_rows_of_a_clip_in_two_holdouts_is_left_out(errors):
+    once, again = make_results(errors), make_results(errors)
+    twice = once | {replace(job, holdout="another"): result for job, result in again.items()}
+    assert find(estimate(twice), "savgol").clips == 12
+    del twice[next(job for job in twice if job.method == "savgol")]
+    assert {e.method for e in estimate(twice)} == {"noisy", BASELINE, ORACLE}
 
 
 def test_the_same_seed_gives_the_same_table(errors):

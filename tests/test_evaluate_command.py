@@ -6,7 +6,7 @@ import stat
 
 import pytest
 
-from mocaplab import comparison
+from mocaplab import comparison, job_runner
 from mocaplab.bvh import save_bvh
 from mocaplab.cli import main
 from mocaplab.corruption import CORRUPTIONS
@@ -83,6 +83,23 @@ def test_failed_jobs_are_listed_and_the_others_are_written(folder, tmp_path, cap
     )
     assert "2 of 2 jobs failed" in line
     assert len(list((tmp_path / "out" / "failed").iterdir())) == 2
+
+
+def test_the_table_says_that_jobs_failed(folder, tmp_path, capsys, monkeypatch):
+    run_jobs = job_runner.run_jobs
+
+    def one_fails(*arguments):
+        results, _ = run_jobs(*arguments)
+        lost = next(iter(results))
+        del results[lost]
+        return results, {lost: "no reason"}
+
+    monkeypatch.setattr(job_runner, "run_jobs", one_fails)
+    refused(
+        ["--data", folder, "--methods", "noisy", "--holdouts", 2, "-o", tmp_path / "out"], capsys
+    )
+    text = (tmp_path / "out" / "table.md").read_text()
+    assert "1 of 2 jobs failed, and what they lack is left out" in text
 
 
 def test_the_shortest_clip_decides_before_any_work(folder, embedded, tmp_path, capsys):

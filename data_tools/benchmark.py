@@ -43,6 +43,7 @@ from mocaplab.gaps import hidden_share
 from mocaplab.motion import Motion
 
 FORMAT = 2
+ONLY = f"corruptions to write, of {', '.join(RECIPES)} (default: all)"
 DTYPES = ("float32", "float64")
 
 
@@ -202,7 +203,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     what = parser.add_mutually_exclusive_group(required=True)
     what.add_argument("-o", "--output", type=Path, metavar="OUT", help="folder to write to")
     what.add_argument("--verify", type=Path, metavar="OUT", help="check a folder")
-    add("--only", nargs="+", choices=RECIPES, default=list(RECIPES), metavar="NAME")
+    add("--only", nargs="+", choices=RECIPES, default=list(RECIPES), metavar="NAME", help=ONLY)
     add("--repetitions", type=int, default=5, help="default: 5")
     add("--seed", type=int, default=0, help="default: 0")
     add("--dtype", choices=DTYPES, default="float32", help="default: float32")

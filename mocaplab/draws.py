@@ -48,7 +48,7 @@ def draw_training(clip: Motion, recipe: str, *, seed: int) -> Corrupted:
 def _draw(clip: Motion, recipe: str, name: str, seed: int, repetition: int) -> Corrupted:
     """Corrupt a clip, or return what was drawn before: some noise is slow to make."""
     entropy = draw_seed(seed, clip_digest(clip), name, repetition)
-    key = (clip.name, clip.frame_time, *entropy)
+    key = (clip.name, clip.frame_time, clip.skeleton.offsets.tobytes(), *entropy)
     if key not in _KEPT:
         if sum(kept.mask.size for kept in _KEPT.values()) > _KEPT_SAMPLES:
             _KEPT.clear()

@@ -84,6 +84,29 @@ def test_noise_depends_on_clip_seed_recipe_and_repetition_alone(few):
     assert (training != first).any()
 
 
+def test_the_same_angles_on_longer_bones_are_another_clip(few):
+    clip = few.clips[0]
+    taller = replace(clip, skeleton=replace(clip.skeleton, offsets=2 * clip.skeleton.offsets))
+    for motion in (clip, taller):
+        drawn = draw_test(motion, "angular:0.5", seed=0, repetition=0)
+        assert drawn.clean.skeleton is motion.skeleton
+
+
+@pytest.mark.parametrize("method", sorted(METHODS))
+def test_other_clips_of_the_holdout_do_not_change_the_score_of_one(few, job, method):
+    """Were anything fitted to the test clips, another holdout would change it."""
+    split = Split((2, 3), (0, 1))
+    other = replace(few.clips[4], name="other")
+    swapped = replace(few, clips=(few.clips[0], other, *few.clips[2:]))
+    alone = replace(job, method=method, split=split, corruption="angular:0.5+gaps:0.001")
+    alone = replace(alone, repetitions=1)
+    rows = [run_job(dataset, alone)["rows"] for dataset in (few, swapped)]
+    assert [row["clip"] for row in rows[1]] == [few.clips[0].name, "other"]
+    for measure in RMS:
+        assert rows[0][0][measure] == rows[1][0][measure]
+        assert rows[0][1][measure] != rows[1][1][measure]
+
+
 def test_what_is_kept_is_bounded(few, monkeypatch):
     draws._KEPT.clear()
     monkeypatch.setattr(draws, "_KEPT_SAMPLES", 2 * few.clips[0].channels.size)

@@ -42,16 +42,30 @@ def forward_kinematics_torch(skeleton: Skeleton, channels: Tensor) -> tuple[Tens
     # Nothing is written into a tensor here, because autograd could not look back through it.
     translations = _translations(skeleton, channels)
     turns = _local_rotations(skeleton, channels)
+    return join_chain(skeleton.parents.tolist(), translations, turns)
+
+
+def join_chain(
+    parents: list[int], translations: Tensor, turns: list[Tensor | None]
+) -> tuple[Tensor, Tensor]:
+    """Follow the bones from the root to the ends; see :func:`forward_kinematics_torch`.
+
+    Parameters
+    ----------
+    parents : list of J int, -1 for the root
+    translations : Tensor, shape (..., J, 3), each joint relative to its parent
+    turns : list of J Tensors, shape (..., 3, 3), or None for joints that do not turn
+    """
     positions: list[Tensor] = []
     orientations: list[Tensor] = []
-    for joint, parent in enumerate(skeleton.parents.tolist()):
+    for joint, parent in enumerate(parents):
         place, turn = translations[..., joint, :], turns[joint]
         if parent >= 0:
             upper = orientations[parent]
             place = positions[parent] + (upper @ place[..., None])[..., 0]
             turn = upper if turn is None else upper @ turn
         elif turn is None:
-            turn = torch.eye(3).to(channels).expand(*channels.shape[:-1], 3, 3)
+            turn = torch.eye(3).to(translations).expand(*translations.shape[:-2], 3, 3)
         positions.append(place)
         orientations.append(turn)
     return torch.stack(positions, dim=-2), torch.stack(orientations, dim=-3)

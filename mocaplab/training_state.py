@@ -11,7 +11,6 @@ from safetensors.torch import save
 
 from mocaplab.checkpoints import CheckpointError, read_tensors, refuse_damage, tensors_under
 from mocaplab.files import write_atomically
-from mocaplab.layers import Network
 
 
 class TrainingState:
@@ -19,12 +18,12 @@ class TrainingState:
 
     Parameters
     ----------
-    network : Network
+    network : Module
     learning_rate : float, at the start; it falls along a cosine to 0
     epochs : int
     """
 
-    def __init__(self, network: Network, learning_rate: float, epochs: int):
+    def __init__(self, network: torch.nn.Module, learning_rate: float, epochs: int):
         self.network = network
         self.optimizer = torch.optim.Adam(network.parameters(), lr=learning_rate)
         self.schedule = torch.optim.lr_scheduler.CosineAnnealingLR(self.optimizer, epochs)

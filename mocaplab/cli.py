@@ -1,4 +1,4 @@
-"""The command line: mocaplab clean, corrupt, train, evaluate, info."""
+"""The command line: mocaplab clean, fuse, corrupt, train, evaluate, info."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from mocaplab.splits import KINDS
 _EXAMPLES = """\
 examples:
   mocaplab clean noisy.bvh -o clean.bvh       clean a file with the trained network
+  mocaplab fuse one.bvh two.bvh -o fused.bvh  make one good file of two recordings
   mocaplab info walk.bvh                      what is in a file
   mocaplab corrupt walk.bvh --noise 0.5 --seed 1 -o noisy.bvh
   mocaplab evaluate --reference walk.bvh noisy.bvh clean.bvh
@@ -103,6 +104,17 @@ def _parser() -> argparse.ArgumentParser:
     _add_output(clean, "OUT.bvh", "the cleaned file")
     _add_model(clean)
 
+    _add_fuse_options(
+        add(
+            commands.fuse,
+            "fuse two recordings of one movement into a better one",
+            "Both files must have the same joints, channels and frame rate. They may have begun up\n"
+            "to a second apart: the offset is found and printed. The result has the frames that\n"
+            "both have, the root's path of A, and of every joint what the two together tell.\n\n"
+            "example:\n  mocaplab fuse one.bvh two.bvh -o fused.bvh",
+        )
+    )
+
     corrupt = add(
         commands.corrupt,
         "add noise or gaps to a clean BVH file, to have something to clean",
@@ -166,6 +178,19 @@ def _parser() -> argparse.ArgumentParser:
     info = add(commands.info, "tell what is in a BVH file", "example:\n  mocaplab info walk.bvh")
     info.add_argument("file", metavar="FILE.bvh")
     return parser
+
+
+def _add_fuse_options(fuse: argparse.ArgumentParser) -> None:
+    fuse.add_argument("first", metavar="A.bvh", help="a recording")
+    fuse.add_argument("second", metavar="B.bvh", help="another recording of the same movement")
+    _add_output(fuse, "OUT.bvh", "the fused file")
+    fuse.add_argument(
+        "--offset",
+        type=float,
+        metavar="SECONDS",
+        help="how much later B shows the same moment (default: found by cross-correlation)",
+    )
+    fuse.add_argument("--model", metavar="MODEL", help="a fusion model (default: the shipped one)")
 
 
 def _add_evaluate_options(evaluate: argparse.ArgumentParser) -> None:

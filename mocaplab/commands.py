@@ -40,6 +40,18 @@ def clean(options: argparse.Namespace) -> None:
     print(f"wrote     {options.output}")
 
 
+def fuse(options: argparse.Namespace) -> None:
+    """Fuse two recordings of one movement, and say how."""
+    from mocaplab.fusion import Fuser
+
+    check_writable(options.output)
+    first, second = load_bvh(options.first), load_bvh(options.second)
+    fused, report = Fuser(options.model).fuse(first, second, options.offset)
+    save_bvh(fused.with_channels(fused.channels.round(6)), options.output)
+    print(report)
+    print(f"wrote     {options.output}")
+
+
 def corrupt(options: argparse.Namespace) -> None:
     """Spoil a file, and say how much and where."""
     gaps_file = Path(options.output).with_suffix(".gaps.csv")

@@ -10,8 +10,8 @@ import numpy as np
 import torch
 
 from mocaplab.angle_measures import check_complete
-from mocaplab.euler import align_to, channels_of_order
-from mocaplab.motion import BoolArray, FloatArray, Motion, Skeleton, moving_channels
+from mocaplab.euler import align_to, channels_of_order, make_continuous
+from mocaplab.motion import BoolArray, FloatArray, IntArray, Motion, Skeleton, moving_channels
 from mocaplab.movement import jitter
 from mocaplab.poses import motion_to_quaternions
 from mocaplab.quaternions import align_hemisphere
@@ -24,6 +24,9 @@ CHUNK_FRAMES = 2000
 """Frames that go through the network at once, so that long files take no more memory."""
 MARGIN_FRAMES = 120
 """Frames on each side of a chunk that the network sees too, and that are not kept."""
+
+LEAST_ERROR_RAD = 1e-3
+"""Error expected of joints that move in neither recording."""
 
 
 def shipped_fusion() -> SourceModel:
@@ -125,11 +128,9 @@ class Fuser:
         a, b = a.slice_frames(here.start, here.stop), b.slice_frames(there.start, there.stop)
         p, q = align_hemisphere(p[here]), align_hemisphere(q[there])
         moves = moving_channels(a) | moving_channels(b) | _root_turns(a.skeleton)
-        joints = np.unique(a.skeleton.channel_joint[moves & a.skeleton.is_rotation])
+        joints = np.unique(a.skeleton.channel_joint[moves])
         turned, trust = self._fuse_rotations(p, q, a.skeleton, joints, a.frame_time)
-        channels = a.channels.copy()
-        channels[:, moves] = rotations_to_channels(turned, a.skeleton)[:, moves]
-        fused = align_to(a.with_channels(channels), a)
+        fused = _write_angles(turned, a, moves)
         cosine = np.abs(np.sum(p * q, axis=-1))[:, joints].clip(0, 1)
         return fused, FusionReport(
             offset=offset,
@@ -144,12 +145,10 @@ class Fuser:
 
     def knows(self, skeleton: Skeleton) -> bool:
         """Tell whether a skeleton has all the joints that the network was trained on."""
-        return self.network.config.decoder and set(self.model.segments) <= set(
-            skeleton.joint_names
-        )
+        return set(self.model.segments) <= set(skeleton.joint_names)
 
     def _fuse_rotations(
-        self, p: FloatArray, q: FloatArray, skeleton: Skeleton, joints: FloatArray, frame_time: float
+        self, p: FloatArray, q: FloatArray, skeleton: Skeleton, joints: IntArray, frame_time: float
     ) -> tuple[FloatArray, FloatArray]:
         """Return fused rotations, (T, J, 4), and the share of trust in the first, (T, joints)."""
         fused, trusts = p.copy(), np.empty((len(p), len(joints)))
@@ -159,18 +158,19 @@ class Fuser:
         for start in range(0, len(p), CHUNK_FRAMES):
             stop = min(start + CHUNK_FRAMES, len(p))
             first, last = max(0, start - MARGIN_FRAMES), min(len(p), stop + MARGIN_FRAMES)
+            kept = slice(start - first, stop - first)
             a, b = (torch.from_numpy(x[first:last][:, joints]).float()[None] for x in (p, q))
             with torch.no_grad():
-                trust, sigma_s = self.network.judge_sources(a, b)
-                blended = self.network.blend(a, b, trust, sigma_s / frame_time)[0].double()
-            kept = slice(start - first, stop - first)
-            share = trust[0, kept, :, 0] / trust[0, kept].sum(dim=-1)
-            trusts[start:stop] = share.numpy()
-            fused[start:stop, joints] = blended[kept].numpy()
-            if known:
-                with torch.no_grad():
-                    whole = torch.from_numpy(fused[start:stop, pose]).float()[None]
-                    fused[start:stop, pose] = self.network.correct(whole)[0].double().numpy()
+                trust, sigma_s, error_rad = self.network.judge_sources(a, b)
+                blended = self.network.blend(a, b, trust, sigma_s / frame_time)
+                fused[start:stop, joints] = blended[0, kept].double().numpy()
+                trusts[start:stop] = (trust[..., 0] / trust.sum(dim=-1))[0, kept].numpy()
+                if known:
+                    error = np.full(p[start:stop].shape[:-1], LEAST_ERROR_RAD)
+                    error[:, joints] = error_rad[0, kept].numpy()
+                    whole, unsure = fused[start:stop, pose], error[:, pose]
+                    inputs = [torch.from_numpy(x).float()[None] for x in (whole, unsure)]
+                    fused[start:stop, pose] = self.network.correct(*inputs)[0].double().numpy()
         fused /= np.linalg.norm(fused, axis=-1, keepdims=True)
         return fused, trusts
 
@@ -213,6 +213,21 @@ def rotations_to_channels(quaternions: FloatArray, skeleton: Skeleton) -> FloatA
         angles = quaternion_to_euler(quaternions[:, joints], full if len(order) < 3 else order)
         channels[:, columns] = angles[..., : len(order)]
     return channels
+
+
+def _write_angles(quaternions: FloatArray, a: Motion, moves: BoolArray) -> Motion:
+    """Put rotations into the channels of a motion; what does not move stays as it is."""
+    skeleton = a.skeleton
+    of_moving_joint = np.isin(skeleton.channel_joint, skeleton.channel_joint[moves])
+    turning = of_moving_joint & skeleton.is_rotation
+    written = np.where(turning, rotations_to_channels(quaternions, skeleton), a.channels)
+    # Not nearest to a from frame to frame: where a is lost, that would be any branch.
+    fused = make_continuous(a.with_channels(written))
+    # A joint with an angle that stays must be told with that angle, so in the branch of a.
+    stays = skeleton.channel_joint[turning & ~moves]
+    hinge = turning & np.isin(skeleton.channel_joint, stays)
+    channels = np.where(hinge, align_to(fused, a).channels, fused.channels)
+    return a.with_channels(np.where(turning & moves, channels, a.channels))
 
 
 def _root_turns(skeleton: Skeleton) -> BoolArray:

@@ -3,8 +3,12 @@
 Paper B's network turns two sources into one with the same weights everywhere, and it says itself
 where that fails: with one clean source and one of pure noise its result jitters (section
 "Limitations"). This network never says a pose. It looks at how each source trembles and how far
-the two are apart, and answers with a trust in each of them and with the width of a Gaussian; the
-pose is the mean that follows from these.
+the two are apart, and answers with a trust in each of them, with the width of a Gaussian, and with
+how wrong the smoothed mean may still be. The pose is what follows from these:
+
+1. the weighted mean of both sources and the frames around (:meth:`RobustFusion.blend`);
+2. of this, what is likely for a body (:meth:`RobustFusion.correct`). It finds what no filter
+   can see, an error that stays: a knee does not bend sideways.
 
 Letters in shapes: B clips in a batch, T frames, J joints.
 """
@@ -14,76 +18,95 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
 import torch
 from torch import Tensor, nn
 
 from mocaplab.adaptive_filter import adaptive_gaussian
-from mocaplab.layers import check_sizes, dense, seeded, start_near
+from mocaplab.layers import check_sizes, seeded
+from mocaplab.motion import FloatArray
 from mocaplab.quaternion_losses import multiply, same_side, unit
 
 PAIRS = torch.triu_indices(4, 4)
 """The 10 entries of a symmetric 4 x 4 matrix that tell all 16."""
-LARGEST_TURN_RAD = 0.1
-"""How far the decoder may turn a joint: it corrects the mean, and cannot replace it."""
+IMPLAUSIBLE = 4.0
+"""A correction of more than so many times the expected error is not made: this body moves
+otherwise than those that the poses were learned from."""
 
 
 @dataclass(frozen=True)
 class RobustConfig:
     """The shape of a RobustFusion."""
 
-    n_joints: int  # J that the decoder knows
+    n_joints: int  # J whose poses it knows; it judges any number
     n_trust: int = 16  # LSTM units in each direction that judge a joint
-    n_hidden: int = 256  # units in the decoder, which knows how bodies move
-    decoder: bool = True  # without it the network works for any skeleton
     radius: int = 15  # frames that the filter reaches to each side
-    first_sigma_s: float = 0.02  # every width starts near this
+    first_sigma_s: float = 0.012  # every width starts near this
+    first_error_rad: float = 0.007  # and every expected error near this: 0.4 degrees
 
     def __post_init__(self) -> None:
-        check_sizes(self, "n_joints", "n_trust", "n_hidden", "radius")
+        check_sizes(self, "n_joints", "n_trust", "radius")
 
 
 class RobustFusion(nn.Module):
-    """Weighted, smoothed mean of two sources, and a small correction by what bodies do.
+    """Weighted, smoothed mean of two sources, corrected by what poses are likely.
 
     The judge is one small network for all joints: it sees a joint at a time, and so serves any
-    skeleton. The decoder sees the whole pose of the joints that it was trained on. It corrects
-    what no filter can see, a constant error: a knee does not bend sideways.
+    skeleton. The likely poses are those of one skeleton, as a normal distribution.
 
     Parameters
     ----------
     config : RobustConfig
-    rest : tensor, shape (J, 4)
-        A usual pose. It decides between q and -q where the decoder looks at them.
     seed : int, of the first weights
     """
 
-    def __init__(self, config: RobustConfig, rest: Tensor, *, seed: int):
+    def __init__(self, config: RobustConfig, *, seed: int):
         super().__init__()
         self.config = config
-        self.register_buffer("rest", rest)
         n, h = config.n_joints, config.n_trust
         with seeded(seed):
             self.judge = nn.LSTM(12, h, batch_first=True, bidirectional=True)
             self.trust = nn.Linear(2 * h, 1)
-            self.width = nn.Linear(2 * h, 1)
-            self.decoder = dense([4 * (n - 1), config.n_hidden, config.n_hidden, 3 * n])
-            start_near(self.decoder, torch.zeros(3 * n))
-        nn.init.constant_(self.width.bias, math.log(config.first_sigma_s))
+            self.width_and_error = nn.Linear(2 * h, 2)
+        first = torch.tensor([config.first_sigma_s, config.first_error_rad]).log()
+        with torch.no_grad():
+            self.width_and_error.bias.copy_(first)
+        # Until learn_poses, every pose is as likely as any other.
+        self.register_buffer("rest", torch.eye(4)[0].repeat(n, 1))  # (J, 4)
+        self.register_buffer("mean", torch.zeros(3 * (n - 1)))
+        self.register_buffer("covariance", torch.eye(3 * (n - 1)))
+        self.rest: Tensor
+        self.mean: Tensor
+        self.covariance: Tensor
+
+    def learn_poses(self, rest: FloatArray, poses: FloatArray) -> None:
+        """Take over mean and covariance of the poses of training clips.
+
+        Parameters
+        ----------
+        rest : array, shape (J, 4)
+            A usual pose (:func:`mocaplab.segments.mean_pose`), from which turns are counted.
+        poses : array, shape (T, J, 4), all frames of all clips
+        """
+        self.rest.copy_(torch.from_numpy(rest))
+        turns = self._turns(torch.from_numpy(poses)).numpy()
+        self.mean.copy_(torch.from_numpy(turns.mean(axis=0)))
+        self.covariance.copy_(torch.from_numpy(np.cov(turns.T)))
 
     def forward(self, a: Tensor, b: Tensor, frame_time: float) -> Tensor:
         """Fuse two sources, shape (B, T, J, 4), into one of that shape and length 1."""
-        trust, sigma_s = self.judge_sources(a, b)
-        fused = self.blend(a, b, trust, sigma_s / frame_time)
-        return self.correct(fused) if self.config.decoder else fused
+        trust, sigma_s, error_rad = self.judge_sources(a, b)
+        return self.correct(self.blend(a, b, trust, sigma_s / frame_time), error_rad)
 
-    def judge_sources(self, a: Tensor, b: Tensor) -> tuple[Tensor, Tensor]:
-        """Say how far each source is trusted, and how much is to be smoothed.
+    def judge_sources(self, a: Tensor, b: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+        """Say how far each source is trusted, and how much is to be smoothed and corrected.
 
         Returns
         -------
         trust : tensor, shape (B, T, J, 2), above 0; only ratios count, between the two sources
             and between frames
         sigma_s : tensor, shape (B, T, J), seconds
+        error_rad : tensor, shape (B, T, J), radians, expected of the smoothed mean
         """
         n_clips, n_frames, n_joints, _ = a.shape
         of_a, of_b = _evidence(a, b), _evidence(b, a)  # (B, T, J, 6)
@@ -92,9 +115,10 @@ class RobustFusion(nn.Module):
         x, _ = self.judge(both)  # (2 B J, T, 2h)
         x = x.view(2, n_clips, n_joints, n_frames, -1).transpose(2, 3)  # (2, B, T, J, 2h)
         trust = torch.exp(12 * torch.tanh(self.trust(x)[..., 0] / 12))
-        # The same answer whichever source comes first.
-        width = self.width(x.mean(dim=0))[..., 0].clamp(math.log(1e-3), math.log(1.0))
-        return trust.movedim(0, -1), torch.exp(width)
+        # The mean over both orders: the same answer whichever source comes first.
+        said = self.width_and_error(x.mean(dim=0)).clamp(math.log(1e-3), 0.0)
+        sigma_s, error_rad = said.exp().unbind(dim=-1)
+        return trust.movedim(0, -1), sigma_s, error_rad
 
     def blend(self, a: Tensor, b: Tensor, trust: Tensor, sigma: Tensor) -> Tensor:
         """Take the mean of rotations over both sources and the frames around.
@@ -115,12 +139,43 @@ class RobustFusion(nn.Module):
         smooth = adaptive_gaussian(products.flatten(2), widths.flatten(2), self.config.radius)
         return principal_axis(smooth.view_as(products))
 
-    def correct(self, fused: Tensor) -> Tensor:
-        """Turn every joint a little towards what bodies do."""
-        # Not the root: which way somebody faces says nothing about the pose.
-        pose = same_side(fused, self.rest)[..., 1:, :].flatten(2)  # (B, T, 4 (J - 1))
-        turn = LARGEST_TURN_RAD * torch.tanh(self.decoder(pose)).view(*fused.shape[:-1], 3)
-        return multiply(fused, unit(torch.cat([torch.ones_like(turn[..., :1]), turn / 2], -1)))
+    def correct(self, fused: Tensor, error_rad: Tensor) -> Tensor:
+        """Move poses towards likely ones, as far as they may be wrong.
+
+        Turns from the usual pose are taken as normally distributed, x with covariance S, and
+        observed with errors of covariance N. The most likely x is then the observed one less
+        N (S + N)^-1 (observed - mean): the Wiener filter, over joints instead of time.
+
+        Parameters
+        ----------
+        fused : tensor, shape (B, T, J, 4)
+        error_rad : tensor, shape (B, T, J)
+        """
+        off = self._turns(fused) - self.mean  # (B, T, 3 (J - 1))
+        error = error_rad[..., 1:].repeat_interleave(3, dim=-1)
+        total = self.covariance + torch.diag_embed(error**2)
+        root = torch.linalg.cholesky(total)
+        change = -(error**2) * torch.cholesky_solve(off[..., None], root)[..., 0]
+        change = change / (1 + (change / (IMPLAUSIBLE * error)) ** 4)
+        return torch.cat([fused[..., :1, :], self._poses(off + self.mean + change)], dim=-2)
+
+    def _turns(self, q: Tensor) -> Tensor:
+        """Turns of all joints but the root from the usual pose, shape (..., 3 (J - 1)).
+
+        Which way somebody faces says nothing about the pose. A turn is told by twice the vector
+        part of its quaternion: the rotation vector, for small angles.
+        """
+        back = self.rest * self.rest.new_tensor([1.0, -1.0, -1.0, -1.0])
+        turn = multiply(back.expand_as(q)[..., 1:, :].to(q), q[..., 1:, :])
+        turn = torch.where(turn[..., :1] < 0, -turn, turn)
+        return (2 * turn[..., 1:]).flatten(-2)
+
+    def _poses(self, turns: Tensor) -> Tensor:
+        """Undo :meth:`_turns`: the quaternions of all joints but the root."""
+        xyz = turns.unflatten(-1, (-1, 3)) / 2
+        w = (1 - (xyz**2).sum(dim=-1, keepdim=True)).clamp_min(1e-6).sqrt()
+        rest = self.rest[1:].expand(*w.shape[:-1], 4)
+        return unit(multiply(rest, torch.cat([w, xyz], dim=-1)))
 
 
 def principal_axis(entries: Tensor) -> Tensor:

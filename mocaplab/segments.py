@@ -162,3 +162,20 @@ def all_windows(quaternions: FloatArray, n_frames: int = 60) -> FloatArray:
         return np.empty((0, n_frames, *quaternions.shape[1:]))
     windows = np.lib.stride_tricks.sliding_window_view(quaternions, n_frames, axis=0)
     return np.moveaxis(windows, -1, 1)
+
+
+def mean_pose(clips: Sequence[SegmentClip]) -> FloatArray:
+    """Find the mean rotation of every segment over all frames of all clips.
+
+    Returns
+    -------
+    array, shape (J, 4), unit
+        The eigenvector of the sum of q q' with the largest eigenvalue, for which q and -q are
+        the same (Markley et al. 2007, "Averaging quaternions").
+    """
+    if not clips:
+        raise ValueError("a mean pose needs at least one clip")
+    products = sum(np.einsum("tja,tjb->jab", c.quaternions, c.quaternions) for c in clips)
+    vectors = np.linalg.eigh(products)[1]
+    mean: FloatArray = vectors[..., -1]
+    return np.where(mean[..., :1] < 0, -mean, mean)

@@ -136,16 +136,19 @@ def varied_pair(
 ) -> SourceBatch:
     """Spoil windows twice, so that one source may be much better than the other.
 
-    Half of the sources have the paper's noise, the others between a tenth and ten times as
-    much, or none. A quarter of the windows have, in one source, a share of pure noise too.
+    Half of the windows are those of :func:`paper_pair`. In the others each source has the
+    paper's noise, or between a tenth and ten times as much, or none; and in half of these, a
+    share of one source is pure noise.
     """
     n = len(clean)
+    varied = rng.random(n) < 0.5
+    pure = np.where(varied & (rng.random(n) < 0.5), rng.integers(2, size=n), -1)  # which source
     sources = []
-    pure = np.where(rng.random(n) < 0.25, rng.integers(2, size=n), -1)  # in which source
     for source in range(2):
         kind = rng.random(n)
-        other = np.where(kind < 0.9, 10 ** rng.uniform(-1, 1, size=n), 0.0)
-        noisy = window_noise(clean, noise, np.where(kind < 0.5, 1.0, other), rng=rng)
+        other = np.where(kind < 0.75, 10 ** rng.uniform(-1, 1, size=n), 0.0)
+        amount = np.where(varied & (kind > 0.25), other, 1.0)
         share = np.where(pure == source, np.sqrt(rng.random(n)), 0.0)
+        noisy = window_noise(clean, noise, amount, rng=rng)
         sources.append(towards_pure_noise(noisy, share.reshape(n, 1, 1, 1), rng=rng))
     return SourceBatch(sources[0], sources[1], clean, frame_time)

@@ -65,12 +65,9 @@ class SourceModel:
 
 
 def build_source_network(config: Any, *, seed: int) -> nn.Module:
-    """Make the network that a configuration describes, with fresh weights.
-
-    A RobustFusion gets the pose in which nothing is turned as its usual pose.
-    """
+    """Make the network that a configuration describes, with fresh weights."""
     if isinstance(config, RobustConfig):
-        return RobustFusion(config, torch.eye(4)[0].repeat(config.n_joints, 1), seed=seed)
+        return RobustFusion(config, seed=seed)
     if isinstance(config, PredictionConfig):
         return PredictionLSTM(config, seed=seed)
     if isinstance(config, TwoSourceConfig):

@@ -265,7 +265,8 @@ def _predict(model: SourceModel, past: ArrayLike, n_future: int) -> FloatArray:
     with torch.no_grad():
         said = model.network(torch.from_numpy(np.asarray(past)).float(), n_future)
     q: FloatArray = said.double().numpy()
-    return q / np.linalg.norm(q, axis=-1, keepdims=True)
+    unit: FloatArray = q / np.linalg.norm(q, axis=-1, keepdims=True)
+    return unit
 
 
 def compare_predictions(models: dict[str, SourceModel], clips: Clips) -> list[Row]:

@@ -108,9 +108,9 @@ def _parser() -> argparse.ArgumentParser:
         add(
             commands.fuse,
             "fuse two recordings of one movement into a better one",
-            "Both files must have the same joints, channels and frame rate. They may have begun up\n"
-            "to a second apart: the offset is found and printed. The result has the frames that\n"
-            "both have, the root's path of A, and of every joint what the two together tell.\n\n"
+            "Both files must have the same joints, channels and frame rate. They may have begun\n"
+            "up to a second apart: the offset is found and printed. The result has the frames\n"
+            "that both have, and the root's path of A.\n\n"
             "example:\n  mocaplab fuse one.bvh two.bvh -o fused.bvh",
         )
     )

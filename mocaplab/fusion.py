@@ -49,13 +49,8 @@ class FusionReport:
     corrected: bool  # whether the network knows this skeleton's poses
 
     def __str__(self) -> str:
-        late = self.offset.seconds
-        order = "later" if late > 0 else "earlier"
         lines = [
-            f"offset    {abs(late):.3f} s ({abs(self.offset.frames)} frames): B shows the same "
-            f"moment {order} in its file, correlation {self.offset.correlation:.2f}"
-            if self.offset.frames
-            else f"offset    none, correlation {self.offset.correlation:.2f}",
+            f"offset    {_tell_offset(self.offset)}",
             f"frames    {self.n_frames} that both have",
             f"apart     {self.apart_deg:.2f} degrees a joint on average",
             f"trust     {self.trust_a:.0%} in A, {1 - self.trust_a:.0%} in B",
@@ -68,6 +63,19 @@ class FusionReport:
                 "smoothed, but poses are not corrected"
             )
         return "\n".join(lines)
+
+
+def _tell_offset(offset: Offset) -> str:
+    if not offset.frames:
+        told = "none"
+    else:
+        order = "later" if offset.frames > 0 else "earlier"
+        told = (
+            f"{abs(offset.seconds):.3f} s ({abs(offset.frames)} frames): what A shows comes "
+            f"{order} in B"
+        )
+    found = "as given" if np.isnan(offset.correlation) else f"correlation {offset.correlation:.2f}"
+    return f"{told}, {found}"
 
 
 class Fuser:
@@ -123,7 +131,7 @@ class Fuser:
         if offset_s is None:
             offset = find_offset(p, q, a.frame_time)
         else:
-            offset = Offset(round(offset_s / a.frame_time), offset_s, np.nan)
+            offset = _given_offset(offset_s, a.frame_time)
         here, there = common_frames(len(p), len(q), offset.frames)
         a, b = a.slice_frames(here.start, here.stop), b.slice_frames(there.start, there.stop)
         p, q = align_hemisphere(p[here]), align_hemisphere(q[there])
@@ -173,6 +181,13 @@ class Fuser:
                     fused[start:stop, pose] = self.network.correct(*inputs)[0].double().numpy()
         fused /= np.linalg.norm(fused, axis=-1, keepdims=True)
         return fused, trusts
+
+
+def _given_offset(offset_s: float, frame_time: float) -> Offset:
+    """Take over the offset that the user says; its correlation is not known."""
+    if not abs(offset_s) < 1e6:
+        raise ValueError(f"expected an offset in seconds, got {offset_s}")
+    return Offset(round(offset_s / frame_time), offset_s, np.nan)
 
 
 def check_sources(a: Motion, b: Motion) -> None:

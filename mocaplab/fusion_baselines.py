@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from mocaplab.filters import gaussian_filter
 from mocaplab.motion import FloatArray
-from mocaplab.quaternions import align_hemisphere, as_quaternion
+from mocaplab.quaternions import as_quaternion, follow_hemisphere
 
 WIDTHS_S = np.round(np.geomspace(0.004, 0.25, 25), 4)
 """The Gaussian widths that tuning tries, in seconds."""
@@ -36,7 +36,7 @@ def shake(quaternions: ArrayLike) -> FloatArray:
     This is the distance of each quaternion from the middle of those before and after; the
     first and the last frame repeat their neighbours.
     """
-    q = align_hemisphere(as_quaternion(quaternions))
+    q = follow_hemisphere(as_quaternion(quaternions))
     if len(q) < 3:
         return np.zeros(q.shape[:-1])
     inside = np.linalg.norm(q[1:-1] - _unit(q[:-2] + q[2:]), axis=-1)
@@ -102,7 +102,7 @@ def lost_samples(quaternions: ArrayLike) -> np.ndarray:
 
 def smooth_rotations(quaternions: ArrayLike, sigma_s: float, frame_time: float) -> FloatArray:
     """Smooth rotations over time, shape (T, J, 4), with a Gaussian."""
-    q = align_hemisphere(as_quaternion(quaternions))
+    q = follow_hemisphere(as_quaternion(quaternions))
     flat = gaussian_filter(q.reshape(len(q), -1), sigma_s, frame_time)
     return _unit(flat.reshape(q.shape))
 
@@ -151,7 +151,7 @@ def _pair(a: ArrayLike, b: ArrayLike) -> tuple[FloatArray, FloatArray]:
     p, q = as_quaternion(a), as_quaternion(b)
     if p.ndim != 3 or p.shape != q.shape:
         raise ValueError(f"expected two arrays of one shape (T, J, 4), got {p.shape} and {q.shape}")
-    p = align_hemisphere(p)
+    p = follow_hemisphere(p)
     return p, np.where(np.sum(p * q, axis=-1, keepdims=True) < 0, -q, q)
 
 

@@ -67,7 +67,8 @@ def prediction_error_rad(predicted: ArrayLike, truth: ArrayLike, order: str) -> 
     """
     angles = [quaternion_to_euler(q, order) for q in (predicted, truth)]
     difference: FloatArray = np.radians(np.abs(wrap_degrees(angles[0] - angles[1])))
-    return difference.sum(axis=(-2, -1))
+    total: FloatArray = difference.sum(axis=(-2, -1))
+    return total
 
 
 def horizon_frames(fps: float) -> dict[int, int]:
@@ -88,5 +89,7 @@ def horizon_frames(fps: float) -> dict[int, int]:
 def _past(past: ArrayLike, least: int) -> FloatArray:
     q = as_quaternion(past)
     if q.ndim < 3 or q.shape[-3] < least:
-        raise ValueError(f"expected past frames of shape (..., {least} or more, J, 4), got {q.shape}")
+        raise ValueError(
+            f"expected past frames of shape (..., {least} or more, J, 4), got {q.shape}"
+        )
     return q

@@ -11,7 +11,8 @@ from mocaplab.torch_kinematics import join_chain
 
 def unit(q: Tensor) -> Tensor:
     """Scale quaternions to length 1."""
-    return q / q.norm(dim=-1, keepdim=True).clamp_min(1e-8)
+    scaled: Tensor = q / q.norm(dim=-1, keepdim=True).clamp_min(1e-8)
+    return scaled
 
 
 def same_side(q: Tensor, reference: Tensor) -> Tensor:
@@ -90,4 +91,5 @@ def kinematics_loss(
             turns[joint] = matrices[..., place, :, :]
         places = offsets.expand(*q.shape[:-2], -1, 3)
         positions.append(join_chain(skeleton.parents.tolist(), places, turns)[0])
-    return (positions[0] - positions[1]).norm(dim=-1).mean()
+    distance: Tensor = (positions[0] - positions[1]).norm(dim=-1)
+    return distance.mean()

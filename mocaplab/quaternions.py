@@ -218,3 +218,30 @@ def align_hemisphere(quaternions: ArrayLike) -> FloatArray:
     # that one, so the signs multiply up and no loop over frames is needed.
     flips = np.cumsum(turned, axis=0) % 2 == 1
     return np.concatenate([q[:1], np.where(flips, -q[1:], q[1:])])
+
+
+def follow_hemisphere(quaternions: ArrayLike, memory: float = 0.75) -> FloatArray:
+    """Choose signs as :func:`align_hemisphere` does, for recordings in which frames are wrong.
+
+    There, two frames in a row that could be anything turn the sign of all that follow. Here
+    each quaternion is compared with a running mean of those before it, which few wrong frames
+    cannot turn.
+
+    Parameters
+    ----------
+    quaternions : array, shape (T, ..., 4), without NaN
+    memory : float between 0 and 1, what one frame leaves of the running mean
+
+    Returns
+    -------
+    array, shape (T, ..., 4)
+    """
+    q = as_shape(quaternions, (4,), "quaternions").copy()
+    if q.ndim < 2:
+        raise ValueError(f"expected quaternions of shape (T, ..., 4), got {q.shape}")
+    mean = q[0].copy()
+    for t in range(1, len(q)):  # each sign depends on the one before
+        opposite = np.sum(mean * q[t], axis=-1, keepdims=True) < 0
+        q[t] = np.where(opposite, -q[t], q[t])
+        mean = memory * mean + (1 - memory) * q[t]
+    return q

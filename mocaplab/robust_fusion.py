@@ -160,7 +160,7 @@ class RobustFusion(nn.Module):
         return torch.cat([fused[..., :1, :], self._poses(off + self.mean + change)], dim=-2)
 
     def _turns(self, q: Tensor) -> Tensor:
-        """Turns of all joints but the root from the usual pose, shape (..., 3 (J - 1)).
+        """Tell the turns of all joints but the root from the usual pose, shape (..., 3 (J - 1)).
 
         Which way somebody faces says nothing about the pose. A turn is told by twice the vector
         part of its quaternion: the rotation vector, for small angles.
@@ -171,8 +171,8 @@ class RobustFusion(nn.Module):
         return (2 * turn[..., 1:]).flatten(-2)
 
     def _poses(self, turns: Tensor) -> Tensor:
-        """Undo :meth:`_turns`: the quaternions of all joints but the root."""
-        xyz = turns.unflatten(-1, (-1, 3)) / 2
+        """Undo :meth:`_turns`: return the quaternions of all joints but the root."""
+        xyz = turns.reshape(*turns.shape[:-1], -1, 3) / 2
         w = (1 - (xyz**2).sum(dim=-1, keepdim=True)).clamp_min(1e-6).sqrt()
         rest = self.rest[1:].expand(*w.shape[:-1], 4)
         return unit(multiply(rest, torch.cat([w, xyz], dim=-1)))
@@ -195,7 +195,7 @@ def principal_axis(entries: Tensor) -> Tensor:
     i, j = PAIRS
     where = torch.empty(4, 4, dtype=torch.long, device=entries.device)
     where[i, j] = where[j, i] = torch.arange(10, device=entries.device)
-    matrix = entries[..., where.flatten()].unflatten(-1, (4, 4))
+    matrix = entries[..., where.flatten()].reshape(*entries.shape[:-1], 4, 4)
     for _ in range(5):
         matrix = matrix / matrix.diagonal(dim1=-2, dim2=-1).sum(-1)[..., None, None]
         matrix = matrix @ matrix
@@ -224,7 +224,8 @@ def _evidence(own: Tensor, other: Tensor) -> Tensor:
 
 
 def _distance(p: Tensor, q: Tensor) -> Tensor:
-    return (p - same_side(q, p)).norm(dim=-1)
+    distance: Tensor = (p - same_side(q, p)).norm(dim=-1)
+    return distance
 
 
 def _shift(q: Tensor, frames: int) -> Tensor:

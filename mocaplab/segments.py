@@ -21,12 +21,13 @@ from mocaplab.poses import motion_to_quaternions
 from mocaplab.quaternions import align_hemisphere, as_quaternion, slerp
 from mocaplab.resampling import nominal_fps, sample_times
 
+_LEG, _ARM = ("UpLeg", "Leg", "Foot", "ToeBase"), ("Shoulder", "Arm", "ForeArm", "Hand")
 CMU_SEGMENTS = (
     "Hips",
-    *(f"{side}{bone}" for side in ("Left", "Right") for bone in ("UpLeg", "Leg", "Foot", "ToeBase")),
+    *(f"{side}{bone}" for side in ("Left", "Right") for bone in _LEG),
     *("LowerBack", "Spine", "Spine1", "Neck", "Head"),
-    *(f"{side}{bone}" for side in ("Left", "Right") for bone in ("Shoulder", "Arm", "ForeArm", "Hand")),
-)  # fmt: skip
+    *(f"{side}{bone}" for side in ("Left", "Right") for bone in _ARM),
+)
 """The 22 of CMU's 31 joints that stand for the joints of the SMPL body; the root first."""
 
 MOVING_RAD = np.radians(0.01)

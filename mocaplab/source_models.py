@@ -57,9 +57,7 @@ class SourceModel:
     def __post_init__(self) -> None:
         config: Any = self.network.config
         if len(set(self.segments)) != config.n_joints:
-            raise ValueError(
-                f"expected {config.n_joints} different segments, got {self.segments}"
-            )
+            raise ValueError(f"expected {config.n_joints} different segments, got {self.segments}")
         if not 0 < self.frame_time < 10:
             raise ValueError(f"expected a frame time in seconds, got {self.frame_time}")
 

@@ -61,7 +61,7 @@ class TwoSourceLSTM(nn.Module):
         Parameters
         ----------
         a, b : tensors, shape (B, T, J, 4), unit quaternions
-        frame_time : float, seconds; not used here, but by :class:`mocaplab.robust_fusion.RobustFusion`
+        frame_time : float, seconds; only other networks of this kind use it
 
         Returns
         -------

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mocaplab.motion import FloatArray
-from mocaplab.quaternions import align_hemisphere, as_quaternion
+from mocaplab.quaternions import as_quaternion, follow_hemisphere
 
 LARGEST_OFFSET_S = 1.0
 """Cyclic movements look the same again after a cycle, so no longer offset is looked for."""
@@ -96,7 +96,7 @@ def common_frames(n_a: int, n_b: int, shift: int) -> tuple[slice, slice]:
 
 def _signals(a: ArrayLike, b: ArrayLike) -> tuple[FloatArray, FloatArray]:
     """Return robustly centred and scaled signals, shape (T, 4 (J - 1)), in the same units."""
-    p, q = align_hemisphere(as_quaternion(a)), align_hemisphere(as_quaternion(b))
+    p, q = follow_hemisphere(as_quaternion(a)), follow_hemisphere(as_quaternion(b))
     if p.shape[1:] != q.shape[1:]:
         raise ValueError(f"expected the same joints, got shapes {p.shape} and {q.shape}")
     middle = np.median(p, axis=0)

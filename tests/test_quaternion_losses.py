@@ -46,7 +46,9 @@ def test_invariant_loss_chooses_for_each_joint_alone():
 def test_arithmetic_agrees_with_scipy():
     p, q = random_quaternions(7, seed=1), random_quaternions(7, seed=2)
     r, s = (Rotation.from_quat(x[:, [1, 2, 3, 0]]) for x in (p, q))
-    np.testing.assert_allclose(quaternion_to_matrix_torch(torch.from_numpy(p)), r.as_matrix(), atol=1e-12)
+    np.testing.assert_allclose(
+        quaternion_to_matrix_torch(torch.from_numpy(p)), r.as_matrix(), atol=1e-12
+    )
     product = multiply(torch.from_numpy(p), torch.from_numpy(q)).numpy()
     apart = (r * s).inv() * Rotation.from_quat(product[:, [1, 2, 3, 0]])
     assert apart.magnitude().max() < 1e-7

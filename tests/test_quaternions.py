@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from mocaplab.quaternions import (
     align_hemisphere,
+    follow_hemisphere,
     quaternion_inverse,
     quaternion_multiply,
     quaternion_rotate,
@@ -158,3 +159,18 @@ def test_nan_quaternions_pass_through():
     matrix = quaternion_to_matrix(q)
     assert np.isnan(matrix[1]).all()
     assert np.isfinite(matrix[[0, 2]]).all()
+
+
+def test_two_wrong_frames_do_not_turn_all_that_follow():
+    angle = 0.02 * np.arange(60)
+    clean = np.stack([np.cos(angle), np.sin(angle), 0 * angle, 0 * angle], axis=-1)[:, None]
+    wrong = clean.copy()
+    wrong[30, 0], wrong[31, 0] = [0.3, 0.2, 0.9, 0], [0.3, 0.2, -0.9, 0]
+    wrong /= np.linalg.norm(wrong, axis=-1, keepdims=True)
+    signs = np.random.default_rng(0).choice([-1.0, 1.0], size=(60, 1, 1))
+    signs[0] = 1
+    np.testing.assert_allclose(follow_hemisphere(signs * clean), clean)
+    np.testing.assert_allclose(follow_hemisphere(signs * wrong)[32:], clean[32:])
+    assert np.sum(align_hemisphere(wrong)[40] * clean[40]) < 0
+    with pytest.raises(ValueError, match=r"shape \(T, ..., 4\)"):
+        follow_hemisphere([1, 0, 0, 0])

@@ -17,7 +17,10 @@ def sources(n_frames=30, n_joints=3, seed=0):
     turns = np.linspace(0, 0.4, n_frames)[:, None, None] * rng.normal(size=(1, n_joints, 3))
     clean = Rotation.from_rotvec(turns.reshape(-1, 3)).as_quat()[:, [3, 0, 1, 2]]
     clean = clean.reshape(1, n_frames, n_joints, 4)
-    return [torch.from_numpy(clean), *(unit(torch.from_numpy(clean + 0.02 * rng.normal(size=clean.shape))) for _ in range(2))]
+    return [
+        torch.from_numpy(clean),
+        *(unit(torch.from_numpy(clean + 0.02 * rng.normal(size=clean.shape))) for _ in range(2)),
+    ]
 
 
 def test_principal_axis_is_the_eigenvector_of_numpy():
@@ -50,7 +53,9 @@ def test_blend_is_the_weighted_mean_of_scipy():
 def test_signs_and_order_of_the_sources_do_not_matter():
     _, a, b = (x.float() for x in sources())
     network = model()
-    signs = torch.from_numpy(np.random.default_rng(2).choice([-1.0, 1.0], size=(1, 30, 3, 1))).float()
+    signs = torch.from_numpy(
+        np.random.default_rng(2).choice([-1.0, 1.0], size=(1, 30, 3, 1))
+    ).float()
     fused = network(a, b, 0.01)
     for other in (network(b, a, 0.01), network(a * signs, b, 0.01)):
         cosine = (fused * other).sum(dim=-1).abs()
@@ -89,7 +94,12 @@ def test_poses_are_learned_from_clips():
     q = Rotation.from_rotvec(turns.reshape(-1, 3)).as_quat()[:, [3, 0, 1, 2]].reshape(500, 3, 4)
     network = model()
     network.learn_poses(np.eye(4)[[0, 0, 0]], q)
-    expected = np.cov(2 * np.sin(np.linalg.norm(turns[:, 1], axis=-1) / 2) * turns[:, 1].T / np.linalg.norm(turns[:, 1], axis=-1))
+    expected = np.cov(
+        2
+        * np.sin(np.linalg.norm(turns[:, 1], axis=-1) / 2)
+        * turns[:, 1].T
+        / np.linalg.norm(turns[:, 1], axis=-1)
+    )
     np.testing.assert_allclose(network.covariance[:3, :3], expected, atol=1e-6)
 
 

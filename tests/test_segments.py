@@ -59,7 +59,8 @@ def test_signs_do_not_jump(turning):
     assert np.sum(clip.quaternions[1:] * clip.quaternions[:-1], axis=-1).min() > 0
 
 
-def test_resampling_agrees_with_scipy(rng=np.random.default_rng(0)):
+def test_resampling_agrees_with_scipy():
+    rng = np.random.default_rng(0)
     rotations = Rotation.from_rotvec(rng.normal(size=(40, 3)).cumsum(axis=0) * 0.1)
     clip = SegmentClip(quaternions_of(rotations, (40, 1)), 1 / 120, ("a",))
     slower = resample_segments(clip, 25)

@@ -50,7 +50,7 @@ def load_amass(path: str | os.PathLike[str], action: str = "") -> SegmentClip:
     """
     path = Path(path)
     try:
-        with np.load(path, allow_pickle=False) as archive:
+        with open(path, "rb") as file, np.load(file, allow_pickle=False) as archive:
             names = archive.files
             rate_name = next((name for name in RATE_NAMES if name in names), None)
             if "poses" not in names or rate_name is None:

@@ -90,7 +90,7 @@ def network_fusion(model: SourceModel, poses: bool = True) -> Fusion:
     network, frame_time = model.network, model.frame_time
 
     def fuse(a: FloatArray, b: FloatArray) -> FloatArray:
-        p, q = (torch.from_numpy(x).float()[None] for x in (a, b))
+        p, q = (torch.tensor(x, dtype=torch.float32)[None] for x in (a, b))
         with torch.no_grad():
             if poses:
                 fused = network(p, q, frame_time)
@@ -263,7 +263,7 @@ def predictors(
 
 def _predict(model: SourceModel, past: ArrayLike, n_future: int) -> FloatArray:
     with torch.no_grad():
-        said = model.network(torch.from_numpy(np.asarray(past)).float(), n_future)
+        said = model.network(torch.tensor(past, dtype=torch.float32), n_future)
     q: FloatArray = said.double().numpy()
     unit: FloatArray = q / np.linalg.norm(q, axis=-1, keepdims=True)
     return unit

@@ -62,7 +62,7 @@ def test_everything_is_compared(clips, folder, tmp_path, capsys, monkeypatch):
     assert {"source A", "mean", "plain", "faithful", "robust", "robust, no poses"} <= names
     assert len(rows) == len(names) * 2
     error = {row["method"]: float(row["all"]) for row in rows if row["clip"].startswith("walk")}
-    assert error["mean"] < error["source A"]
+    assert error["mean"] < (error["source A"] + error["source B"]) / 2
 
 
 def test_command_trains_and_writes_a_model(folder, tmp_path, monkeypatch, capsys):

@@ -13,162 +13,31 @@ import argparse
 import csv
 import sys
 import time
-from collections.abc import Callable, Sequence
-from functools import partial
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 import torch
-from numpy.typing import ArrayLike
 
-from data_tools.paper_b_models import (
-    RECIPES,
-    Clips,
-    fusion_clips,
-    prediction_clips,
-    split_clips,
+from data_tools.paper_b_methods import (
+    LEARNED,
+    NOT_ASKED,
+    Fusion,
+    fusions,
+    load_models,
+)
+from data_tools.paper_b_models import Clips, fusion_clips, split_clips
+from data_tools.paper_b_scores import (
+    PURE_SHARES,
+    Row,
+    compare_fusions,
+    compare_predictions,
+    failure,
 )
 from mocaplab.bootstrap import mean_intervals, paired_interval
-from mocaplab.cleaning import Cleaner
 from mocaplab.datasets import load_folder
-from mocaplab.euler import make_continuous
-from mocaplab.fusion import rotations_to_channels, shipped_fusion
-from mocaplab.fusion_baselines import (
-    gated_gaussian_mean,
-    gaussian_mean,
-    mean_of_sources,
-    quaternion_distance,
-    steadier_frames,
-    steadier_source,
-    tune_width,
-)
-from mocaplab.motion import BoolArray, FloatArray, Motion
-from mocaplab.movement import jitter
-from mocaplab.poses import motion_to_quaternions
-from mocaplab.prediction_baselines import (
-    constant_velocity,
-    horizon_frames,
-    mean_pose_predictor,
-    prediction_error_rad,
-    zero_velocity,
-)
-from mocaplab.segments import SegmentClip, all_windows, mean_pose, moving_segments
-from mocaplab.source_batches import towards_pure_noise
-from mocaplab.source_models import SourceModel, load_source_model
+from mocaplab.segments import moving_segments
 from mocaplab.source_noise import SourceNoise, two_sources
-from mocaplab.units import cm_per_unit
-
-Fusion = Callable[[FloatArray, FloatArray], FloatArray]
-Row = dict[str, object]
-
-REPEATS = 5
-"""Draws of noise for each test clip."""
-PURE_SHARES = (0.0, 0.1, 0.2, 0.4, 0.6, 0.8, 1.0)
-"""How much of the second source is pure noise, in the failure experiment."""
-LEARNED = ("robust", "robust, no poses", "plain", "faithful")
-"""The fusions that are ours or the paper's; all others are opponents."""
-NOT_ASKED = "gated Gaussian mean"
-"""An opponent that is stronger than those that the paper or its readers would name."""
-
-
-def load_models(folder: Path | None) -> dict[str, SourceModel]:
-    """Read the models that are there; the robust one is also in the package."""
-    models = {"robust": shipped_fusion()} if not folder or not has(folder, "robust") else {}
-    for name in RECIPES:
-        if folder and has(folder, name):
-            models[name] = load_source_model(folder / f"{name}.safetensors")
-    return models
-
-
-def has(folder: Path, name: str) -> bool:
-    """Tell whether a folder has a model of this name."""
-    return (folder / f"{name}.safetensors").is_file()
-
-
-def network_fusion(model: SourceModel, poses: bool = True) -> Fusion:
-    """Make a fusion of two arrays, shape (T, J, 4), out of a trained network."""
-    network, frame_time = model.network, model.frame_time
-
-    def fuse(a: FloatArray, b: FloatArray) -> FloatArray:
-        p, q = (torch.tensor(x, dtype=torch.float32)[None] for x in (a, b))
-        with torch.no_grad():
-            if poses:
-                fused = network(p, q, frame_time)
-            else:
-                trust, sigma_s, _ = network.judge_sources(p, q)  # type: ignore[operator]
-                fused = network.blend(p, q, trust, sigma_s / frame_time)  # type: ignore[operator]
-        result: FloatArray = fused[0].double().numpy()
-        return result
-
-    return fuse
-
-
-def fusions(models: dict[str, SourceModel], clips: Clips, seed: int) -> dict[str, Fusion]:
-    """Return all fusions by name; widths are tuned on training clips."""
-    train = fusion_clips(clips.train)
-    frame_time = train[0].frame_time
-    rng = np.random.default_rng([seed, 1])
-    pairs = [
-        (*two_sources(c.quaternions, SourceNoise(), rng=rng), c.quaternions) for c in train[::4]
-    ]
-    width, gated = (tune_width(pairs, frame_time, gated=gated) for gated in (False, True))
-    print(f"Gaussian widths tuned on training clips: {width:g} s; with gate {gated:g} s\n")
-    found: dict[str, Fusion] = {
-        "source A": lambda a, b: a,
-        "source B": lambda a, b: b,
-        "mean": mean_of_sources,
-        "steadier source": steadier_source,
-        "steadier, frame by frame": steadier_frames,
-        "Gaussian mean": partial(gaussian_mean, sigma_s=width, frame_time=frame_time),
-        NOT_ASKED: partial(gated_gaussian_mean, sigma_s=gated, frame_time=frame_time),
-    }
-    for name in ("faithful", "plain", "robust"):
-        if name in models:
-            found[name] = network_fusion(models[name])
-    if "robust" in models:
-        found["robust, no poses"] = network_fusion(models["robust"], poses=False)
-    return found
-
-
-def with_segments(clean: Motion, quaternions: FloatArray, segments: Sequence[str]) -> Motion:
-    """Put rotations of segments into a motion; the other joints stay as they are."""
-    skeleton = clean.skeleton
-    joints = [skeleton.joint_names.index(name) for name in segments]
-    whole = motion_to_quaternions(clean)
-    whole[:, joints] = quaternions / np.linalg.norm(quaternions, axis=-1, keepdims=True)
-    written = np.isin(skeleton.channel_joint, joints) & skeleton.is_rotation
-    channels = np.where(written, rotations_to_channels(whole, skeleton), clean.channels)
-    return make_continuous(clean.with_channels(channels))
-
-
-def ebf_on_mean(clean: Motion, clip: SegmentClip, cleaner: Cleaner) -> Fusion:
-    """Clean the mean of the two sources with the EBF of paper A."""
-
-    def fuse(a: FloatArray, b: FloatArray) -> FloatArray:
-        noisy = with_segments(clean, mean_of_sources(a, b), clip.segments)
-        joints = [clean.skeleton.joint_names.index(name) for name in clip.segments]
-        return motion_to_quaternions(cleaner.clean(noisy))[:, joints]
-
-    return fuse
-
-
-def compare_fusions(
-    found: dict[str, Fusion], clips: Clips, moving: BoolArray, seed: int
-) -> list[Row]:
-    """Measure the L1 distance of every fusion on every test clip, mean over draws of noise."""
-    cleaner, rows = Cleaner(), []
-    for index, (motion, clip) in enumerate(
-        zip(clips.test.clips, fusion_clips(clips.test), strict=True)
-    ):
-        methods = {**found, "EBF on the mean": ebf_on_mean(motion, clip, cleaner)}
-        rng = np.random.default_rng([seed, 2, index])
-        draws = [two_sources(clip.quaternions, SourceNoise(), rng=rng) for _ in range(REPEATS)]
-        for name, fuse in methods.items():
-            errors = [quaternion_distance(fuse(*pair), clip.quaternions) for pair in draws]
-            each = np.mean([error.mean(axis=0) for error in errors], axis=0)  # (J,)
-            row: Row = {"clip": clip.name, "action": clip.action, "method": name}
-            rows.append({**row, "all": each.sum(), "moving": each[moving].sum()})
-    return rows
 
 
 def print_fusions(rows: Sequence[Row], seed: int) -> None:
@@ -207,26 +76,6 @@ def _cell(rows: Sequence[Row], method: str, clip: str, column: str) -> float:
     return float(str(value))
 
 
-def failure(found: dict[str, Fusion], clips: Clips, seed: int) -> list[Row]:
-    """Fuse a clean source with one that goes from clean to pure noise."""
-    rows: list[Row] = []
-    for index, (motion, clip) in enumerate(
-        zip(clips.test.clips, fusion_clips(clips.test), strict=True)
-    ):
-        scale = cm_per_unit(motion.skeleton)
-        clean = clip.quaternions
-        for share in PURE_SHARES:
-            rng = np.random.default_rng([seed, 5, index, round(100 * share)])
-            noisy = towards_pure_noise(clean, share, rng=rng)
-            for name, fuse in found.items():
-                fused = fuse(clean, noisy)
-                moved = with_segments(motion, fused, clip.segments)
-                row: Row = {"clip": clip.name, "share": share, "method": name}
-                error = quaternion_distance(fused, clean).sum(axis=-1).mean()
-                rows.append({**row, "l1": error, "jitter_cm_s3": jitter(moved) * scale})
-    return rows
-
-
 def print_failure(rows: Sequence[Row]) -> None:
     """Print error and jitter of every fusion for every share of pure noise."""
     names = list(dict.fromkeys(str(row["method"]) for row in rows))
@@ -244,47 +93,6 @@ def print_failure(rows: Sequence[Row]) -> None:
             ]
             print(f"{name:26}{''.join(f'{m / scale:9{form}}' for m in means)}")
         print()
-
-
-def predictors(
-    models: dict[str, SourceModel], train: Sequence[SegmentClip]
-) -> dict[str, Callable[[ArrayLike, int], FloatArray]]:
-    """Return the predictions by name."""
-    found = {
-        "zero velocity": zero_velocity,
-        "constant velocity": constant_velocity,
-        "mean pose": mean_pose_predictor(mean_pose(train)),
-    }
-    for name in ("faithful_prediction", "prediction"):
-        if name in models:
-            found[name] = partial(_predict, models[name])
-    return found
-
-
-def _predict(model: SourceModel, past: ArrayLike, n_future: int) -> FloatArray:
-    with torch.no_grad():
-        said = model.network(torch.tensor(past, dtype=torch.float32), n_future)
-    q: FloatArray = said.double().numpy()
-    unit: FloatArray = q / np.linalg.norm(q, axis=-1, keepdims=True)
-    return unit
-
-
-def compare_predictions(models: dict[str, SourceModel], clips: Clips) -> list[Row]:
-    """Measure predictions on all windows of the test and validation clips that are long enough."""
-    n_past, n_future, rows = 50, 10, []
-    test = prediction_clips(clips.test)
-    frames = horizon_frames(1 / test[0].frame_time)
-    for name, predict in predictors(models, prediction_clips(clips.train)).items():
-        for clip in test:
-            windows = all_windows(clip.quaternions, n_past + n_future)
-            if not len(windows):
-                continue
-            past, future = windows[:, :n_past].copy(), windows[:, n_past:]
-            error = prediction_error_rad(predict(past, n_future), future, "ZYX")  # (N, 10)
-            row: Row = {"clip": clip.name, "action": clip.action, "method": name}
-            row["windows"] = len(windows)
-            rows.append({**row, **{f"{ms} ms": error[:, f].mean() for ms, f in frames.items()}})
-    return rows
 
 
 def print_predictions(rows: Sequence[Row]) -> None:

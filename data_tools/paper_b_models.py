@@ -29,6 +29,7 @@ from mocaplab.segments import (
     resample_segments,
     segment_names,
 )
+from mocaplab.source_learning import SourceTrainConfig
 from mocaplab.source_models import SourceModel, save_source_model
 from mocaplab.source_networks import (
     PredictionConfig,
@@ -36,7 +37,7 @@ from mocaplab.source_networks import (
     TwoSourceConfig,
     TwoSourceLSTM,
 )
-from mocaplab.source_training import SourceTrainConfig, train_fusion, train_prediction
+from mocaplab.source_training import train_fusion, train_prediction
 
 PREDICTION_FPS = 25.0
 SHARE = 0.05

@@ -3,7 +3,7 @@ import csv
 import numpy as np
 import pytest
 
-from data_tools import paper_b, paper_b_models
+from data_tools import paper_b, paper_b_models, paper_b_scores
 from data_tools.paper_b_models import RECIPES, prediction_clips, split_clips, train_model
 from mocaplab.bvh import save_bvh
 from mocaplab.datasets import Dataset, load_folder
@@ -46,8 +46,9 @@ def test_prediction_is_at_25_frames_a_second_without_the_root(clips):
 
 
 def test_everything_is_compared(clips, folder, tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(paper_b, "REPEATS", 1)
-    monkeypatch.setattr(paper_b, "PURE_SHARES", (0.0, 1.0))
+    monkeypatch.setattr(paper_b_scores, "REPEATS", 1)
+    for module in (paper_b, paper_b_scores):
+        monkeypatch.setattr(module, "PURE_SHARES", (0.0, 1.0))
     for name in RECIPES:
         save_source_model(train_model(name, clips, **TINY), tmp_path / f"{name}.safetensors")
     output = tmp_path / "results"

@@ -8,13 +8,14 @@ from mocaplab.checkpoints import CheckpointError
 from mocaplab.quaternion_losses import l1_loss
 from mocaplab.robust_fusion import RobustConfig, RobustFusion
 from mocaplab.segments import SegmentClip, all_windows, motion_to_segments
+from mocaplab.source_learning import SourceTrainConfig
 from mocaplab.source_networks import (
     PredictionConfig,
     PredictionLSTM,
     TwoSourceConfig,
     TwoSourceLSTM,
 )
-from mocaplab.source_training import SourceTrainConfig, train_fusion, train_prediction
+from mocaplab.source_training import train_fusion, train_prediction
 
 SMALL = SourceTrainConfig(epochs=3, steps=4, batch_size=4, n_frames=12, n_future=3)
 
@@ -114,7 +115,7 @@ def test_all_networks_train(clips):
 def test_prediction_learns_a_swing(clips):
     predictor = PredictionLSTM(PredictionConfig(2, n_hidden=16), seed=0)
     config = dataclasses.replace(
-        SMALL, epochs=5, steps=30, batch_size=16, learning_rate=1e-2, gradient_norm=1.0
+        SMALL, epochs=5, steps=60, batch_size=16, learning_rate=1e-2, gradient_norm=1.0
     )
     train_prediction(predictor, clips[:2], config, progress=False)
     windows = torch.from_numpy(all_windows(clips[2].quaternions, 12).copy()).float()

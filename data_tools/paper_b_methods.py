@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from data_tools.paper_b_models import RECIPES, Clips, fusion_clips
 from mocaplab.cleaning import Cleaner
 from mocaplab.euler import make_continuous
-from mocaplab.fusion import rotations_to_channels, shipped_fusion
+from mocaplab.fusion import shipped_fusion
 from mocaplab.fusion_baselines import (
     gated_gaussian_mean,
     gaussian_mean,
@@ -25,6 +25,7 @@ from mocaplab.fusion_baselines import (
 from mocaplab.motion import FloatArray, Motion
 from mocaplab.poses import motion_to_quaternions
 from mocaplab.prediction_baselines import constant_velocity, mean_pose_predictor, zero_velocity
+from mocaplab.rotation_channels import rotations_to_channels
 from mocaplab.segments import SegmentClip, mean_pose
 from mocaplab.source_models import SourceModel, load_source_model
 from mocaplab.source_noise import SourceNoise, two_sources

@@ -10,13 +10,12 @@ import numpy as np
 import torch
 
 from mocaplab.angle_measures import check_complete
-from mocaplab.euler import align_to, channels_of_order, make_continuous
 from mocaplab.motion import BoolArray, FloatArray, IntArray, Motion, Skeleton, moving_channels
 from mocaplab.movement import jitter
 from mocaplab.poses import motion_to_quaternions
 from mocaplab.quaternions import align_hemisphere
 from mocaplab.robust_fusion import RobustFusion
-from mocaplab.rotations import quaternion_to_euler
+from mocaplab.rotation_channels import write_angles
 from mocaplab.source_models import SourceModel, load_source_model
 from mocaplab.time_offset import Offset, common_frames, find_offset
 
@@ -138,7 +137,7 @@ class Fuser:
         moves = moving_channels(a) | moving_channels(b) | _root_turns(a.skeleton)
         joints = np.unique(a.skeleton.channel_joint[moves])
         turned, trust = self._fuse_rotations(p, q, a.skeleton, joints, a.frame_time)
-        fused = _write_angles(turned, a, moves)
+        fused = write_angles(turned, a, moves)
         cosine = np.abs(np.sum(p * q, axis=-1))[:, joints].clip(0, 1)
         return fused, FusionReport(
             offset=offset,
@@ -214,35 +213,6 @@ def check_sources(a: Motion, b: Motion) -> None:
         )
     check_complete(a)
     check_complete(b)
-
-
-def rotations_to_channels(quaternions: FloatArray, skeleton: Skeleton) -> FloatArray:
-    """Rotation channels of every joint, shape (T, C); positions are 0.
-
-    A joint with one or two rotation channels gets the angles of the full triple of which
-    theirs are the first; for one channel, and turns about its axis, that is exact.
-    """
-    channels = np.zeros((len(quaternions), skeleton.n_channels))
-    for order, (joints, columns) in channels_of_order(skeleton).items():
-        full = order + "".join(axis for axis in "XYZ" if axis not in order)
-        angles = quaternion_to_euler(quaternions[:, joints], full if len(order) < 3 else order)
-        channels[:, columns] = angles[..., : len(order)]
-    return channels
-
-
-def _write_angles(quaternions: FloatArray, a: Motion, moves: BoolArray) -> Motion:
-    """Put rotations into the channels of a motion; what does not move stays as it is."""
-    skeleton = a.skeleton
-    of_moving_joint = np.isin(skeleton.channel_joint, skeleton.channel_joint[moves])
-    turning = of_moving_joint & skeleton.is_rotation
-    written = np.where(turning, rotations_to_channels(quaternions, skeleton), a.channels)
-    # Not nearest to a from frame to frame: where a is lost, that would be any branch.
-    fused = make_continuous(a.with_channels(written))
-    # A joint with an angle that stays must be told with that angle, so in the branch of a.
-    stays = skeleton.channel_joint[turning & ~moves]
-    hinge = turning & np.isin(skeleton.channel_joint, stays)
-    channels = np.where(hinge, align_to(fused, a).channels, fused.channels)
-    return a.with_channels(np.where(turning & moves, channels, a.channels))
 
 
 def _root_turns(skeleton: Skeleton) -> BoolArray:

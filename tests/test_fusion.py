@@ -5,11 +5,12 @@ import pytest
 
 from mocaplab.bvh import load_bvh, save_bvh
 from mocaplab.cli import main
-from mocaplab.euler import make_continuous
-from mocaplab.fusion import Fuser, rotations_to_channels
+from mocaplab.euler import alternate_euler, make_continuous
+from mocaplab.fusion import Fuser
 from mocaplab.poses import motion_to_quaternions
 from mocaplab.resampling import resample
 from mocaplab.robust_fusion import RobustConfig
+from mocaplab.rotation_channels import rotations_to_channels
 from mocaplab.source_models import SourceModel, build_source_network, save_source_model
 from mocaplab.source_networks import TwoSourceConfig
 from mocaplab.source_noise import source_noise_motion
@@ -74,6 +75,18 @@ def test_the_result_has_no_jumps(pair):
     fused, _ = Fuser().fuse(a, b)
     moving = fused.skeleton.is_cleaned
     assert np.abs(np.diff(fused.channels[:, moving], axis=0)).max() < 30
+
+
+def test_the_angles_are_told_as_in_the_first_file(pair):
+    """A whole file may hold the other triple of a joint, and full turns."""
+    clean, _, _ = pair
+    columns = [clean.skeleton.channel_index(f"LeftArm.{axis}rotation") for axis in "ZYX"]
+    channels = clean.channels.copy()
+    channels[:, columns] = alternate_euler(channels[:, columns], "ZYX")
+    channels[:, columns[2]] += 720
+    told_otherwise = clean.with_channels(channels)
+    fused, _ = Fuser().fuse(told_otherwise, told_otherwise, offset_s=0.0)
+    assert np.abs(fused.channels - channels).max() < 5
 
 
 def test_any_skeleton_can_be_fused(small_motion, tiny):

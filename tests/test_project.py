@@ -60,6 +60,7 @@ LAYERS = [
         "prediction_baselines",
         "resampling",
         "robust_fusion",
+        "rotation_channels",
         "source_networks",
         "training_state",
         "tuning",

@@ -39,6 +39,9 @@ from mocaplab.datasets import load_folder
 from mocaplab.segments import moving_segments
 from mocaplab.source_noise import SourceNoise, two_sources
 
+PARTS = ("fusion", "failure", "prediction", "cost")
+"""The experiments, in order."""
+
 
 def print_fusions(rows: Sequence[Row], seed: int) -> None:
     """Print the table of all clips, the means with intervals, and the gain over opponents."""
@@ -140,6 +143,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--models", type=Path, help="folder of trained models")
     parser.add_argument("-o", "--output", type=Path, default=Path("paper_b"))
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--only", nargs="+", choices=PARTS, default=PARTS, help="some parts")
     options = parser.parse_args(arguments)
     try:
         clips = split_clips(load_folder(options.folder), options.seed)
@@ -148,18 +152,23 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (ValueError, OSError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 2
-    found = fusions(models, clips, options.seed)
-    moving = moving_segments(fusion_clips(clips.train))
-    rows = compare_fusions(found, clips, moving, options.seed)
-    print_fusions(rows, options.seed)
-    _write(rows, options.output / "fusion.csv")
-    rows = failure(found, clips, options.seed)
-    print_failure(rows)
-    _write(rows, options.output / "failure.csv")
-    rows = compare_predictions(models, clips)
-    print_predictions(rows)
-    _write(rows, options.output / "prediction.csv")
-    print_cost(found, clips)
+    if set(options.only) & {"fusion", "failure", "cost"}:
+        found = fusions(models, clips, options.seed)
+    if "fusion" in options.only:
+        moving = moving_segments(fusion_clips(clips.train))
+        rows = compare_fusions(found, clips, moving, options.seed)
+        print_fusions(rows, options.seed)
+        _write(rows, options.output / "fusion.csv")
+    if "failure" in options.only:
+        rows = failure(found, clips, options.seed)
+        print_failure(rows)
+        _write(rows, options.output / "failure.csv")
+    if "prediction" in options.only:
+        rows = compare_predictions(models, clips)
+        print_predictions(rows)
+        _write(rows, options.output / "prediction.csv")
+    if "cost" in options.only:
+        print_cost(found, clips)
     return 0
 
 

@@ -81,13 +81,16 @@ class Windows:
         gaps : (start probability, mean seconds), see :func:`mocaplab.gaps.draw_runs`
         rng : numpy.random.Generator
         """
-        n_counted = self.n_frames - 2 * self.margin
-        n_batches = max(1, round(sum(self.lengths) / (n_counted * n_pieces)))
         share = np.array(self.lengths) / sum(self.lengths)
-        for _ in range(n_batches):
+        for _ in range(self.n_batches(n_pieces)):
             which = rng.choice(len(share), n_pieces, p=share)
             speeds = np.exp(rng.uniform(np.log(speed_range[0]), np.log(speed_range[1]), n_pieces))
             yield self._batch(which, speeds, k_range, gaps, rng)
+
+    def n_batches(self, n_pieces: int) -> int:
+        """Return how many batches of so many pieces an epoch has."""
+        n_counted = self.n_frames - 2 * self.margin
+        return max(1, round(sum(self.lengths) / (n_counted * n_pieces)))
 
     def _batch(
         self,

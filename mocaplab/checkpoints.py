@@ -88,6 +88,10 @@ class Checkpoint:
         clips: dict[str, str] = self.info["train"]["clips"]
         return clips
 
+    def columns(self, skeleton: Skeleton) -> BoolArray:
+        """Tell which channels of a skeleton the network sees, shape (C,)."""
+        return skeleton.is_cleaned & ~self.constant
+
     def require(self, skeleton: Skeleton, frame_time: float, name: str) -> None:
         """Refuse a motion that this model was not trained for.
 
@@ -104,6 +108,12 @@ class Checkpoint:
                 f"{name}: the model was trained for another skeleton "
                 f"({len(self.channel_labels)} channels; this file has {len(theirs)}){detail}. "
                 f"Train one for yours with: mocaplab train FOLDER_OF_CLEAN_BVH -o model.safetensors"
+            )
+        n_seen = int(self.columns(skeleton).sum())
+        if n_seen != self.model.config.n_channels:
+            raise CheckpointError(
+                f"the model file is damaged: its network sees {self.model.config.n_channels} "
+                f"channels, but {n_seen} moved in training"
             )
         if abs(frame_time / self.frame_time - 1) > 0.01:
             raise ValueError(

@@ -90,14 +90,14 @@ class Cleaner:
         with torch.no_grad():
             sigma, _ = model.predict(*inputs)
         result = np.zeros_like(motion.channels)
-        result[:, motion.skeleton.is_cleaned] = sigma[0].numpy() * motion.frame_time
+        result[:, self.checkpoint.columns(motion.skeleton)] = sigma[0].numpy() * motion.frame_time
         result[:, self.checkpoint.constant] = self.checkpoint.gaussian_s
         result[:, ~moving_channels(motion)] = 0.0
         return result
 
     def _inputs(self, motion: Motion) -> tuple[list[torch.Tensor], FloatArray]:
         """Return the pose and the root's velocity as a batch of one, and the pose's scale."""
-        columns = motion.skeleton.is_cleaned
+        columns = self.checkpoint.columns(motion.skeleton)
         mean, std = motion.channels.mean(axis=0), motion.channels.std(axis=0)
         pose = standardize(motion.channels, mean, std)[:, columns]
         inputs = [torch.from_numpy(x).float()[None] for x in (pose, root_angular_velocity(motion))]
@@ -110,7 +110,7 @@ class Cleaner:
             change = self.checkpoint.model(*inputs) - inputs[0]
         result = motion.channels.copy()
         # Adding the change to the angles keeps the digits that float32 has no room for.
-        result[:, motion.skeleton.is_cleaned] += change[0].numpy() * scale
+        result[:, self.checkpoint.columns(motion.skeleton)] += change[0].numpy() * scale
         unknown = self.checkpoint.constant & moving_channels(motion)
         width_s = self.checkpoint.gaussian_s
         result[:, unknown] = gaussian_filter(

@@ -86,7 +86,7 @@ def train(options: argparse.Namespace) -> None:
     """Train a model, then test it on the clips held out."""
     from mocaplab.checkpoints import save_checkpoint
     from mocaplab.cleaning import Cleaner
-    from mocaplab.training import TrainConfig
+    from mocaplab.train_config import TrainConfig
     from mocaplab.training import train as train_model
 
     check_writable(options.output)

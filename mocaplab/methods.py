@@ -122,6 +122,7 @@ NETWORK_LABELS = {
     "ebf_free": "EBF, free kernels",
     "bf": "BF (no encoder)",
     "nn": "NN (dense layers)",
+    "blend": "Blend",
 }
 """The networks, name -> label; :mod:`mocaplab.network_methods` trains them.
 

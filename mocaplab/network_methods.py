@@ -7,21 +7,24 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from mocaplab.blend import BlendConfig
 from mocaplab.checkpoints import load_checkpoint, save_checkpoint
 from mocaplab.cleaning import Cleaner
 from mocaplab.datasets import clip_digest
 from mocaplab.motion import Motion
 from mocaplab.networks import EBFConfig, NNConfig
-from mocaplab.training import TrainConfig, train
+from mocaplab.train_config import BLEND_TRAINING, TrainConfig
+from mocaplab.training import train
 
-CONFIGS: dict[str, Callable[[int], Any]] = {
+SHAPES: dict[str, Callable[[int], Any]] = {
     "ebf": EBFConfig,
     "ebf_bias": lambda n: EBFConfig(n, bias=True),
     "ebf_free": lambda n: EBFConfig(n, kernel="free"),
     "bf": lambda n: EBFConfig(n, encoder=False),
     "nn": NNConfig,
+    "blend": BlendConfig,
 }
-"""For the name of a method, a function from the number of channels to the network's shape."""
+"""For the name of a method, a function from the number of channels to a network's shape."""
 
 
 def train_method(
@@ -31,7 +34,7 @@ def train_method(
 
     Parameters
     ----------
-    name : str, a name in ``CONFIGS``
+    name : str, a name in ``SHAPES``
     clips : list of Motion, clean; the noise is drawn here
     epochs : int
     model : file to keep the network in, or None
@@ -42,19 +45,19 @@ def train_method(
     CheckpointError
         If the file holds another network, or one of other clips.
     """
-    network = CONFIGS[name](int(clips[0].skeleton.is_cleaned.sum()))
-    config = replace(TrainConfig(), epochs=epochs)
+    shape = SHAPES[name]
+    config = replace(BLEND_TRAINING if shape is BlendConfig else TrainConfig(), epochs=epochs)
     if model is not None and model.exists():
         checkpoint = load_checkpoint(model)
         seen = set(checkpoint.trained_on.values())
         if (
             seen != {clip_digest(clip) for clip in clips}
-            or checkpoint.model.config != network
+            or checkpoint.model.config != shape(checkpoint.model.config.n_channels)
             or checkpoint.info["train"]["epochs"] != epochs
         ):
             raise ValueError(f"{model} was trained on other clips or otherwise; take it away")
         return Cleaner(checkpoint)
-    checkpoint = train(clips, config, network, state_path=state, progress=False)
+    checkpoint = train(clips, config, shape, state_path=state, progress=False)
     if model is not None:
         save_checkpoint(checkpoint, model)
     if state is not None:

@@ -15,6 +15,7 @@ import torch
 from torch import Tensor, nn
 
 from mocaplab.adaptive_filter import adaptive_gaussian, free_filter
+from mocaplab.blend import Blend, BlendConfig
 from mocaplab.layers import (
     Network,
     bidirectional_lstm,
@@ -258,6 +259,7 @@ NETWORKS: dict[str, tuple[type, type]] = {
     "EBF": (EBF, EBFConfig),
     "NN": (NN, NNConfig),
     "EBD": (EBD, EBDConfig),
+    "Blend": (Blend, BlendConfig),
 }
 """Each network by name: its class and the class of its configuration."""
 

@@ -20,7 +20,7 @@ from mocaplab.parallel import (
     share_gradients,
     training_device,
 )
-from mocaplab.training_state import TrainingState
+from mocaplab.training_state import TrainingState, cosine_decay
 
 Draw = Callable[[np.random.Generator], Any]
 Loss = Callable[[nn.Module, Any], Tensor]
@@ -76,7 +76,7 @@ def learn(
     state_path, progress : see :func:`mocaplab.source_training.train_fusion`
     """
     with process_group() as (rank, _):
-        state = TrainingState(network.to(training_device()), config.learning_rate, config.epochs)
+        state = TrainingState(network.to(training_device()))
         if state_path is not None and Path(state_path).exists():
             state.load(state_path, fingerprint)
         shared = share_gradients(network)
@@ -93,6 +93,7 @@ def learn(
             # Every process draws windows and noise of its own.
             rng = np.random.default_rng([config.seed, epoch, rank_and_size()[0]])
             network.train()
+            state.set_learning_rate(config.learning_rate * cosine_decay(epoch / config.epochs))
             steps = (_step(state, shared, loss, draw(rng), config) for _ in range(config.steps))
             mean = float(np.mean(list(steps)))
             if not np.isfinite(mean):

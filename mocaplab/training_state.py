@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 from typing import Any
 
@@ -13,27 +14,45 @@ from mocaplab.checkpoints import CheckpointError, read_tensors, refuse_damage, t
 from mocaplab.files import write_atomically
 
 
+def cosine_decay(done: float) -> float:
+    """Return the factor of the learning rate, from 1 to 0, when a share of training is done."""
+    return 0.5 * (1 + math.cos(math.pi * done))
+
+
 class TrainingState:
     """A network in training.
 
     Parameters
     ----------
     network : Module
-    learning_rate : float, at the start; it falls along a cosine to 0
-    epochs : int
+    weight_decay : float
+        Share by which weights shrink, at a learning rate of 1; biases and what belongs to
+        single channels do not.
     """
 
-    def __init__(self, network: torch.nn.Module, learning_rate: float, epochs: int):
+    def __init__(self, network: torch.nn.Module, weight_decay: float = 0.0):
         self.network = network
-        self.optimizer = torch.optim.Adam(network.parameters(), lr=learning_rate)
-        self.schedule = torch.optim.lr_scheduler.CosineAnnealingLR(self.optimizer, epochs)
+        parameters = dict(network.named_parameters())
+        shrink = {k for k, p in parameters.items() if p.dim() > 1 and "channel_" not in k}
+        self.optimizer = torch.optim.AdamW(
+            [
+                {"params": [parameters[k] for k in parameters if k in shrink]},
+                {"params": [parameters[k] for k in parameters if k not in shrink]},
+            ]
+        )
+        self.optimizer.param_groups[0]["weight_decay"] = weight_decay
+        self.optimizer.param_groups[1]["weight_decay"] = 0.0
         self.losses: list[float] = []  # of every epoch so far
         self.validation_losses: list[float] = []  # the same, if there are validation clips
         self.best: dict[str, torch.Tensor] = {}  # the weights at the lowest of these
 
+    def set_learning_rate(self, value: float) -> None:
+        """Let the next steps be of this size."""
+        for group in self.optimizer.param_groups:
+            group["lr"] = value
+
     def end_epoch(self, loss: float, validation_loss: float | None) -> None:
-        """Note the losses of an epoch, and lower the learning rate."""
-        self.schedule.step()
+        """Note the losses of an epoch."""
         self.losses.append(loss)
         if validation_loss is not None:
             if validation_loss < min(self.validation_losses, default=float("inf")):
@@ -59,7 +78,6 @@ class TrainingState:
             "train": fingerprint,
             "losses": self.losses,
             "validation_losses": self.validation_losses,
-            "schedule": self.schedule.state_dict(),
         }
         write_atomically(path, save(tensors, {"mocaplab": json.dumps(header)}))
 
@@ -87,7 +105,5 @@ class TrainingState:
         for name, value in tensors_under(tensors, "adam.").items():
             index, key = name.split(".")
             state["state"].setdefault(int(index), {})[key] = value
-        self.schedule.load_state_dict(header["schedule"])
-        state["param_groups"][0]["lr"] = self.schedule.get_last_lr()[0]
         self.optimizer.load_state_dict(state)
         self.losses, self.validation_losses = header["losses"], header["validation_losses"]

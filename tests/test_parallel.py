@@ -9,7 +9,8 @@ import torch
 from mocaplab.checkpoints import load_checkpoint
 from mocaplab.networks import EBFConfig
 from mocaplab.parallel import mean_over_processes, rank_and_size
-from mocaplab.training import TrainConfig, train
+from mocaplab.train_config import TrainConfig
+from mocaplab.training import train
 
 SCRIPT = """
 import sys
@@ -17,11 +18,14 @@ from mocaplab.checkpoints import save_checkpoint
 from mocaplab.datasets import load_dataset
 from mocaplab.networks import EBFConfig
 from mocaplab.parallel import process_group
-from mocaplab.training import TrainConfig, train
+from mocaplab.train_config import TrainConfig
+from mocaplab.training import train
 
 clips = load_dataset("embedded").clips[:2]
 config = TrainConfig(epochs=2, batch_size=4, n_frames=60)
-network = EBFConfig(90, n_hidden=8, dropout=0.0)
+def network(n):
+    return EBFConfig(n, n_hidden=8, dropout=0.0)
+
 with process_group() as (rank, n):
     assert n == 2
     checkpoint = train(clips, config, network, state_path=sys.argv[2], progress=False)
@@ -45,7 +49,10 @@ def test_two_processes_train_the_network_that_one_trains(embedded, tmp_path):
     done = subprocess.run(launch, capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr
     config = TrainConfig(epochs=2, batch_size=4, n_frames=60)
-    network = EBFConfig(90, n_hidden=8, dropout=0.0)
+
+    def network(n):
+        return EBFConfig(n, n_hidden=8, dropout=0.0)
+
     alone = train(embedded.clips[:2], config, network, progress=False)
     together = load_checkpoint(out)
     assert together.info["losses"] == pytest.approx(alone.info["losses"], rel=1e-4)

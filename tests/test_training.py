@@ -10,8 +10,10 @@ from safetensors.torch import load_file, save_file
 
 from mocaplab.batches import Windows
 from mocaplab.checkpoints import CheckpointError
+from mocaplab.lessons import batch_loss
 from mocaplab.networks import EBD, EBF, EBDConfig, EBFConfig
-from mocaplab.training import TrainConfig, batch_loss, train
+from mocaplab.train_config import TrainConfig
+from mocaplab.training import train
 from mocaplab.training_state import TrainingState
 
 QUICK = TrainConfig(epochs=3, batch_size=4, n_frames=60)
@@ -149,7 +151,7 @@ def test_training_stops_when_the_validation_loss_falls_no_more(clips, tmp_path):
     checkpoint = train(
         clips[:1],
         config,
-        EBFConfig(90, n_hidden=8),
+        lambda n: EBFConfig(n, n_hidden=8),
         validation=clips[1:2],
         progress=False,
         on_epoch=lambda state: seen.append(
@@ -187,6 +189,6 @@ def test_the_gap_filler_learns_only_inside_gaps(clips):
 
 def test_a_gap_filler_can_be_trained(clips):
     config = replace(QUICK, epochs=25, gap_probability=0.01, gap_mean_s=0.2)
-    checkpoint = train(clips[:1], config, EBDConfig(90, dropout=0.0), progress=False)
+    checkpoint = train(clips[:1], config, lambda n: EBDConfig(n, dropout=0.0), progress=False)
     losses = checkpoint.info["losses"]
     assert losses[-1] < 0.5 * losses[0]

@@ -20,8 +20,9 @@ import torch
 from mocaplab.adaptive_filter import adaptive_gaussian
 from mocaplab.batches import Windows
 from mocaplab.datasets import load_dataset
+from mocaplab.lessons import batch_loss
 from mocaplab.networks import EBFConfig, build_network
-from mocaplab.training import TrainConfig, batch_loss
+from mocaplab.train_config import TrainConfig
 
 
 def cpu_seconds(task: Callable[[], object], repeats: int) -> float:

@@ -52,10 +52,13 @@ format: $(BIN)/.dev  ## let ruff format the code
 
 weights: $(BIN)/.lab  ## train the shipped weights anew, on the clips in MOCAPLAB_DATA/cmu
 	$(BIN)/python -m data_tools.fit_motion_model "$(MOCAPLAB_DATA)/cmu"
-	$(BIN)/mocaplab train "$(MOCAPLAB_DATA)/cmu" -o mocaplab/data/ebf.safetensors --seed 0
+	$(BIN)/mocaplab train "$(MOCAPLAB_DATA)/cmu" -o mocaplab/data/blend.safetensors --seed 0
+	$(BIN)/mocaplab train "$(MOCAPLAB_DATA)/cmu" -o mocaplab/data/ebf.safetensors --seed 0 \
+	  --network ebf
 
 notebooks: $(BIN)/.dev  ## run the notebooks and store them with their outputs
 	$(BIN)/python -m data_tools.draw_cleaning -o notebooks/images/cleaning.png
+	$(BIN)/python -m data_tools.draw_bvh_kinematics -o notebooks/images/bvh_kinematics.png
 	$(BIN)/python -m data_tools.run_notebooks
 
 clean:  ## remove .venv and caches

@@ -24,7 +24,7 @@ def main() -> None:
 
     clean = load_dataset("embedded")["walk_05"]
     noisy = corrupt(clean, "angular:0.5", rng=np.random.default_rng(1))
-    cleaned = Cleaner().clean(noisy.observed)
+    cleaned = Cleaner("ebf").clean(noisy.observed)
 
     figure, axes = plt.subplots(3, 1, figsize=(9, 5), height_ratios=[3, 2, 2], layout="constrained")
     curves = {"observed": noisy.observed, "EBF": cleaned, "clean": clean}

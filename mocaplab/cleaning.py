@@ -17,30 +17,33 @@ from mocaplab.movement import jitter, root_angular_velocity
 from mocaplab.networks import EBF
 from mocaplab.normalization import standardize
 
+SHIPPED = ("blend", "ebf")
+"""The models that come with the package, trained on CMU clips of 31 joints."""
 
-def shipped_checkpoint() -> Checkpoint:
-    """Load the EBF that comes with the package, trained on CMU clips of 31 joints."""
-    with as_file(files("mocaplab") / "data" / "ebf.safetensors") as path:
+
+def shipped_checkpoint(name: str) -> Checkpoint:
+    """Load a model that comes with the package; ``name`` is one of ``SHIPPED``."""
+    with as_file(files("mocaplab") / "data" / f"{name}.safetensors") as path:
         return load_checkpoint(path)
 
 
 class Cleaner:
-    """Clean motions with a trained EBF. Fits the :class:`mocaplab.filters.Denoiser` protocol.
+    """Clean motions with a network. Fits the :class:`mocaplab.filters.Denoiser` protocol.
 
-    Gaps are filled by straight lines, then every joint angle is smoothed with the widths
-    that the network predicts for it. A channel that never moved in the training clips, but
-    moves here, is smoothed with the single Gaussian width that was tuned on them: the network
-    knows nothing of it. The root, and channels that do not move, come out exactly as they
-    went in.
+    Gaps are filled by straight lines, then the network cleans every joint angle. A channel
+    that never moved in the training clips, but moves here, is smoothed with the single
+    Gaussian width that was tuned on them: the network knows nothing of it. The root, and
+    channels that do not move, come out exactly as they went in.
 
     Parameters
     ----------
-    model : Checkpoint, path of a model file, or None for the one in the package
+    model : Checkpoint, path of a model file, or the name of a model in the package
+        ``"blend"`` is the best, ``"ebf"`` is the network of paper A.
     """
 
-    def __init__(self, model: Checkpoint | str | os.PathLike[str] | None = None):
-        if model is None:
-            model = shipped_checkpoint()
+    def __init__(self, model: Checkpoint | str | os.PathLike[str] = "blend"):
+        if model in SHIPPED:
+            model = shipped_checkpoint(str(model))
         elif not isinstance(model, Checkpoint):
             model = load_checkpoint(model)
         self.checkpoint = model

@@ -147,7 +147,13 @@ def _parser() -> argparse.ArgumentParser:
     train.add_argument("folder", metavar="FOLDER", help="folder of clean .bvh files")
     _add_output(train, "MODEL", "the trained model, a .safetensors file")
     train.add_argument(
-        "--epochs", type=_count, default=200, help="passes over the clips (default: %(default)s)"
+        "--network",
+        choices=("blend", "ebf"),
+        default="blend",
+        help="blend is the best, ebf the network of the paper (default: %(default)s)",
+    )
+    train.add_argument(
+        "--epochs", type=_count, help="passes over the clips (default: 20 for blend, 200 for ebf)"
     )
     train.add_argument(
         "--seed", type=_seed, default=0, help="the same seed gives the same model (default: 0)"
@@ -226,7 +232,12 @@ def _add_evaluate_options(evaluate: argparse.ArgumentParser) -> None:
     )
     add("--holdouts", type=_count, metavar="N", help="holdouts that share no clip (default: 5)")
     add("-o", "--output", metavar="FOLDER", help="for rows, tables, plots (default: evaluation)")
-    add("--epochs", type=_count, metavar="N", help="to train networks for (default: 200)")
+    add(
+        "--epochs",
+        type=_count,
+        metavar="N",
+        help="training of networks (default: 200, blend 20)",
+    )
     add("--workers", type=_count, metavar="N", help="processes (default: one a core)")
     add("--scheduler", metavar="ADDRESS", help="run on a Dask cluster, such as tcp://host:8786")
 
@@ -257,5 +268,8 @@ def _add_seed(parser: argparse.ArgumentParser) -> None:
 
 def _add_model(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "--model", metavar="MODEL", help="a model made by mocaplab train (default: the shipped one)"
+        "--model",
+        metavar="MODEL",
+        help="a model made by mocaplab train, or one that comes along: blend (default), the "
+        "best, or ebf, that of the paper",
     )

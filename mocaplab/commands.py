@@ -32,7 +32,7 @@ def clean(options: argparse.Namespace) -> None:
 
     check_writable(options.output)
     noisy = load_bvh(options.file)
-    cleaner = Cleaner(options.model)
+    cleaner = Cleaner(options.model or "blend")
     cleaned = cleaner.clean(noisy)
     cleaned = _round_changes(noisy, cleaned)
     save_bvh(cleaned, options.output)
@@ -86,7 +86,7 @@ def train(options: argparse.Namespace) -> None:
     """Train a model, then test it on the clips held out."""
     from mocaplab.checkpoints import save_checkpoint
     from mocaplab.cleaning import Cleaner
-    from mocaplab.train_config import TrainConfig
+    from mocaplab.network_methods import SHAPES, training_recipe
     from mocaplab.training import train as train_model
 
     check_writable(options.output)
@@ -97,11 +97,12 @@ def train(options: argparse.Namespace) -> None:
         training, test = split_holdout(dataset, options.holdout, seed=options.seed)
     frames = sum(clip.n_frames for clip in training.clips)
     print(f"training on {len(training)} clips ({frames} frames) of {options.folder}")
-    config = TrainConfig(epochs=options.epochs, seed=options.seed)
+    config = training_recipe(options.network, options.epochs, options.seed)
+    shape = SHAPES[options.network]
     state_path = Path(f"{options.output}.part")
     if state_path.exists():
         print(f"going on from {state_path}")
-    checkpoint = train_model(training.clips, config, state_path=state_path)
+    checkpoint = train_model(training.clips, config, shape, state_path=state_path)
     save_checkpoint(checkpoint, options.output)
     state_path.unlink()
     print(f"wrote {options.output}")

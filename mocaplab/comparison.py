@@ -51,7 +51,7 @@ class Job:
     measures : tuple of str, names in ``MEASURES``
     seed : int
     repetitions : int, times that fresh noise is drawn for every test clip
-    epochs : int, for which networks are trained
+    epochs : int, for which networks are trained, or None for their usual number
     """
 
     holdout: str
@@ -61,7 +61,7 @@ class Job:
     measures: tuple[str, ...]
     seed: int
     repetitions: int
-    epochs: int = 200
+    epochs: int | None = None
 
     @property
     def name(self) -> str:
@@ -77,7 +77,7 @@ def make_jobs(
     *,
     seed: int,
     repetitions: int,
-    epochs: int = 200,
+    epochs: int | None = None,
 ) -> list[Job]:
     """List all jobs, those of one corruption together, so that its noise is drawn once."""
     return [

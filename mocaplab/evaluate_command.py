@@ -87,7 +87,7 @@ def _compare_all(options: argparse.Namespace) -> None:
         measures,
         seed=options.seed,
         repetitions=options.repeats,
-        epochs=options.epochs or 200,
+        epochs=options.epochs,
     )
     title = (
         f"{len(dataset)} clips of {dataset.name}, {len(splits)} holdouts ({kind}), every test "
@@ -200,7 +200,7 @@ def _score_model(options: argparse.Namespace) -> None:
     """Score a trained model on clips that it was not trained on."""
     from mocaplab.cleaning import Cleaner
 
-    cleaner = Cleaner(options.model)
+    cleaner = Cleaner(options.model or "blend")
     if len(options.paths) == 1 and Path(options.paths[0]).is_dir():
         dataset = load_folder(options.paths[0])
     else:
@@ -230,7 +230,7 @@ def print_scores(
         "Gaussian 58 ms": GaussianDenoiser(0.058),
         f"Gaussian tuned ({tuned_ms:.0f} ms)": GaussianDenoiser(checkpoint.gaussian_s),
         "Gaussian tuned per channel": GaussianDenoiser(checkpoint.gaussian_per_channel_s),
-        "EBF": cleaner,
+        type(checkpoint.model).__name__: cleaner,
     }
     scores = []
     for repeat in tqdm(range(repeats), desc="scoring", unit="draw", leave=False):

@@ -27,8 +27,14 @@ SHAPES: dict[str, Callable[[int], Any]] = {
 """For the name of a method, a function from the number of channels to a network's shape."""
 
 
+def training_recipe(name: str, epochs: int | None, seed: int = 0) -> TrainConfig:
+    """Return how a network of this name is trained; without epochs, for its usual number."""
+    config = BLEND_TRAINING if SHAPES[name] is BlendConfig else TrainConfig()
+    return replace(config, seed=seed, epochs=epochs or config.epochs)
+
+
 def train_method(
-    name: str, clips: Sequence[Motion], epochs: int, model: Path | None, state: Path | None
+    name: str, clips: Sequence[Motion], epochs: int | None, model: Path | None, state: Path | None
 ) -> Cleaner:
     """Train a network on clean clips, or load it if that was done before.
 
@@ -36,7 +42,7 @@ def train_method(
     ----------
     name : str, a name in ``SHAPES``
     clips : list of Motion, clean; the noise is drawn here
-    epochs : int
+    epochs : int, or None for the network's usual number
     model : file to keep the network in, or None
     state : file for the state of training, from which it goes on after a stop, or None
 
@@ -46,14 +52,14 @@ def train_method(
         If the file holds another network, or one of other clips.
     """
     shape = SHAPES[name]
-    config = replace(BLEND_TRAINING if shape is BlendConfig else TrainConfig(), epochs=epochs)
+    config = training_recipe(name, epochs)
     if model is not None and model.exists():
         checkpoint = load_checkpoint(model)
         seen = set(checkpoint.trained_on.values())
         if (
             seen != {clip_digest(clip) for clip in clips}
             or checkpoint.model.config != shape(checkpoint.model.config.n_channels)
-            or checkpoint.info["train"]["epochs"] != epochs
+            or checkpoint.info["train"]["epochs"] != config.epochs
         ):
             raise ValueError(f"{model} was trained on other clips or otherwise; take it away")
         return Cleaner(checkpoint)

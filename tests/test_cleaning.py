@@ -14,7 +14,7 @@ from mocaplab.noise import angular_noise
 
 @pytest.fixture(scope="module")
 def cleaner():
-    return Cleaner()
+    return Cleaner("ebf")
 
 
 @pytest.fixture(scope="module")

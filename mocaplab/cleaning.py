@@ -17,7 +17,7 @@ from mocaplab.movement import jitter, root_angular_velocity
 from mocaplab.networks import EBF
 from mocaplab.normalization import standardize
 
-SHIPPED = ("blend", "ebf")
+SHIPPED = ("ebf", "blend")
 """The models that come with the package, trained on CMU clips of 31 joints."""
 
 

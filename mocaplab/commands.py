@@ -108,7 +108,7 @@ def train(options: argparse.Namespace) -> None:
     print(f"wrote {options.output}")
     if test is not None:
         print(f"test on the {len(test)} clips held out, noise 0.5:\n")
-        print_scores(test, Cleaner(checkpoint), noise="angular:0.5", seed=options.seed, repeats=5)
+        print_scores(test, [Cleaner(checkpoint)], noise="angular:0.5", seed=options.seed, repeats=5)
 
 
 def info(options: argparse.Namespace) -> None:

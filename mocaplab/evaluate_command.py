@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 import sys
+from collections.abc import Sequence
 from difflib import get_close_matches
 from functools import partial
 from pathlib import Path
@@ -197,41 +198,45 @@ def _write_report(results: dict[Job, Result], title: str, folder: Path, seed: in
 
 
 def _score_model(options: argparse.Namespace) -> None:
-    """Score a trained model on clips that it was not trained on."""
-    from mocaplab.cleaning import Cleaner
+    """Score a model, or those of the package, on clips that they were not trained on."""
+    from mocaplab.cleaning import SHIPPED, Cleaner
 
-    cleaner = Cleaner(options.model or "blend")
+    cleaners = [Cleaner(model) for model in ([options.model] if options.model else SHIPPED)]
     if len(options.paths) == 1 and Path(options.paths[0]).is_dir():
         dataset = load_folder(options.paths[0])
     else:
         clips = tuple(make_continuous(load_bvh(path)) for path in options.paths)
         dataset = Dataset("files", clips, tuple(clip.name.rsplit("_", 1)[0] for clip in clips))
     if not options.all_clips:
-        known = set(cleaner.checkpoint.trained_on.values())
+        known = {clip for c in cleaners for clip in c.checkpoint.trained_on.values()}
         new = [i for i, clip in enumerate(dataset.clips) if clip_digest(clip) not in known]
         if len(new) < len(dataset):
             print(f"{len(dataset) - len(new)} clips that the model was trained on are left out")
         if not new:
             raise ValueError("no clip is left; --all-clips scores the training clips too")
         dataset = dataset.select(new, dataset.name)
-    print_scores(dataset, cleaner, noise=options.noise, seed=options.seed, repeats=options.repeats)
+    print_scores(dataset, cleaners, noise=options.noise, seed=options.seed, repeats=options.repeats)
 
 
 def print_scores(
-    dataset: Dataset, cleaner: Cleaner, *, noise: str, seed: int, repeats: int
+    dataset: Dataset, cleaners: Sequence[Cleaner], *, noise: str, seed: int, repeats: int
 ) -> None:
-    """Print the table of errors by action, for both kinds of RMS."""
-    checkpoint = cleaner.checkpoint
-    for clip in dataset.clips:
-        checkpoint.require(clip.skeleton, clip.frame_time, clip.name)
+    """Print the table of errors by action, for both kinds of RMS.
+
+    The Gaussians are those tuned on the training clips of the first model.
+    """
+    for cleaner in cleaners:
+        for clip in dataset.clips:
+            cleaner.checkpoint.require(clip.skeleton, clip.frame_time, clip.name)
+    checkpoint = cleaners[0].checkpoint
     tuned_ms = 1000 * checkpoint.gaussian_s
     methods: dict[str, Denoiser] = {
         "noisy": Untouched(),
         "Gaussian 58 ms": GaussianDenoiser(0.058),
         f"Gaussian tuned ({tuned_ms:.0f} ms)": GaussianDenoiser(checkpoint.gaussian_s),
         "Gaussian tuned per channel": GaussianDenoiser(checkpoint.gaussian_per_channel_s),
-        type(checkpoint.model).__name__: cleaner,
     }
+    methods |= {type(cleaner.checkpoint.model).__name__: cleaner for cleaner in cleaners}
     scores = []
     for repeat in tqdm(range(repeats), desc="scoring", unit="draw", leave=False):
         corrupted = [

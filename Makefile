@@ -55,6 +55,8 @@ weights: $(BIN)/.lab  ## train the shipped weights anew, on the clips in MOCAPLA
 	$(BIN)/mocaplab train "$(MOCAPLAB_DATA)/cmu" -o mocaplab/data/blend.safetensors --seed 0
 	$(BIN)/mocaplab train "$(MOCAPLAB_DATA)/cmu" -o mocaplab/data/ebf.safetensors --seed 0 \
 	  --network ebf
+	$(BIN)/python -m data_tools.paper_b_models "$(MOCAPLAB_DATA)/cmu" \
+	  -o mocaplab/data/fusion.safetensors --seed 0
 
 notebooks: $(BIN)/.dev  ## run the notebooks and store them with their outputs
 	$(BIN)/python -m data_tools.draw_cleaning -o notebooks/images/cleaning.png

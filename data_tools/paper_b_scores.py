@@ -29,7 +29,7 @@ def compare_fusions(
     found: dict[str, Fusion], clips: Clips, moving: BoolArray, seed: int
 ) -> list[Row]:
     """Measure the L1 distance of every fusion on every test clip, mean over draws of noise."""
-    cleaner, rows = Cleaner(), []
+    cleaner, rows = Cleaner("ebf"), []
     for index, (motion, clip) in enumerate(
         zip(clips.test.clips, fusion_clips(clips.test), strict=True)
     ):

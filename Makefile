@@ -57,6 +57,10 @@ weights: $(BIN)/.lab  ## train the shipped weights anew, on the clips in MOCAPLA
 	  --network ebf
 	$(BIN)/python -m data_tools.paper_b_models "$(MOCAPLAB_DATA)/cmu" \
 	  -o mocaplab/data/fusion.safetensors --seed 0
+	$(BIN)/python -m data_tools.paper_b_models "$(MOCAPLAB_DATA)/cmu" --network plain \
+	  -o mocaplab/data/two_sources.safetensors --seed 0
+	$(BIN)/python -m data_tools.paper_b_models "$(MOCAPLAB_DATA)/cmu" --network prediction \
+	  -o mocaplab/data/prediction.safetensors --seed 0
 
 notebooks: $(BIN)/.dev  ## run the notebooks and store them with their outputs
 	$(BIN)/python -m data_tools.draw_cleaning -o notebooks/images/cleaning.png

@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike
 from data_tools.paper_b_models import RECIPES, Clips, fusion_clips
 from mocaplab.cleaning import Cleaner
 from mocaplab.euler import make_continuous
-from mocaplab.fusion import shipped_fusion
 from mocaplab.fusion_baselines import (
     gated_gaussian_mean,
     gaussian_mean,
@@ -40,7 +39,11 @@ NOT_ASKED = "gated Gaussian mean"
 
 def load_models(folder: Path | None) -> dict[str, SourceModel]:
     """Read the models that are there; the robust one is also in the package."""
-    models = {"robust": shipped_fusion()} if not folder or not has(folder, "robust") else {}
+    models = (
+        {"robust": shipped_source_model("fusion")}
+        if not folder or not has(folder, "robust")
+        else {}
+    )
     for name in RECIPES:
         if folder and has(folder, name):
             models[name] = load_source_model(folder / f"{name}.safetensors")

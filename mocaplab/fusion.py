@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from importlib.resources import as_file, files
 
 import numpy as np
 import torch
@@ -16,7 +15,7 @@ from mocaplab.poses import motion_to_quaternions
 from mocaplab.quaternions import align_hemisphere
 from mocaplab.robust_fusion import RobustFusion
 from mocaplab.rotation_channels import write_angles
-from mocaplab.source_models import SourceModel, load_source_model
+from mocaplab.source_models import SourceModel, load_source_model, shipped_source_model
 from mocaplab.time_offset import Offset, common_frames, find_offset
 
 CHUNK_FRAMES = 2000
@@ -26,12 +25,6 @@ MARGIN_FRAMES = 120
 
 LEAST_ERROR_RAD = 1e-3
 """Error expected of joints that move in neither recording."""
-
-
-def shipped_fusion() -> SourceModel:
-    """Load the fusion network that comes with the package, trained on CMU clips."""
-    with as_file(files("mocaplab") / "data" / "fusion.safetensors") as path:
-        return load_source_model(path)
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +88,7 @@ class Fuser:
 
     def __init__(self, model: SourceModel | str | os.PathLike[str] | None = None):
         if model is None:
-            model = shipped_fusion()
+            model = shipped_source_model("fusion")
         elif not isinstance(model, SourceModel):
             model = load_source_model(model)
         if not isinstance(model.network, RobustFusion):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 from dataclasses import asdict, dataclass
+from importlib.resources import as_file, files
 from typing import Any
 
 import torch
@@ -117,3 +118,15 @@ def load_source_model(path: str | os.PathLike[str]) -> SourceModel:
             frame_time=float(header["frame_time"]),
             info=header["info"],
         )
+
+
+SHIPPED = ("fusion", "two_sources", "prediction")
+"""The models that come with the package: a RobustFusion, a TwoSourceLSTM, a PredictionLSTM."""
+
+
+def shipped_source_model(name: str) -> SourceModel:
+    """Load a model that comes with the package, trained on CMU clips; ``name`` is in SHIPPED."""
+    if name not in SHIPPED:
+        raise ValueError(f"the models of the package are {', '.join(SHIPPED)}, got {name!r}")
+    with as_file(files("mocaplab") / "data" / f"{name}.safetensors") as path:
+        return load_source_model(path)

@@ -12,6 +12,7 @@ from mocaplab.source_models import (
     build_source_network,
     load_source_model,
     save_source_model,
+    shipped_source_model,
 )
 from mocaplab.source_networks import PredictionConfig, TwoSourceConfig
 
@@ -72,3 +73,24 @@ def test_what_does_not_fit_together_is_refused():
         SourceModel(network, ("a", "b", "c"), -1, {})
     with pytest.raises(TypeError, match="configuration of paper B"):
         build_source_network({"n_joints": 3}, seed=0)
+
+
+@pytest.mark.parametrize(
+    ("name", "network", "frames_a_second"),
+    [
+        ("fusion", "RobustFusion", 120),
+        ("two_sources", "TwoSourceLSTM", 120),
+        ("prediction", "PredictionLSTM", 25),
+    ],
+)
+def test_models_come_with_the_package(name, network, frames_a_second):
+    model = shipped_source_model(name)
+    assert type(model.network).__name__ == network
+    assert len(model.segments) == 22
+    assert 1 / model.frame_time == pytest.approx(frames_a_second, rel=0.01)
+    assert len(model.info["losses"]) > 0
+
+
+def test_a_model_that_does_not_come_along_is_refused():
+    with pytest.raises(ValueError, match="fusion, two_sources, prediction, got 'ebf'"):
+        shipped_source_model("ebf")

@@ -26,7 +26,7 @@ from mocaplab.poses import motion_to_quaternions
 from mocaplab.prediction_baselines import constant_velocity, mean_pose_predictor, zero_velocity
 from mocaplab.rotation_channels import rotations_to_channels
 from mocaplab.segments import SegmentClip, mean_pose
-from mocaplab.source_models import SourceModel, load_source_model
+from mocaplab.source_models import SourceModel, load_source_model, shipped_source_model
 from mocaplab.source_noise import SourceNoise, two_sources
 
 Fusion = Callable[[FloatArray, FloatArray], FloatArray]
@@ -39,11 +39,9 @@ NOT_ASKED = "gated Gaussian mean"
 
 def load_models(folder: Path | None) -> dict[str, SourceModel]:
     """Read the models that are there; the robust one is also in the package."""
-    models = (
-        {"robust": shipped_source_model("fusion")}
-        if not folder or not has(folder, "robust")
-        else {}
-    )
+    models = {}
+    if not folder or not has(folder, "robust"):
+        models["robust"] = shipped_source_model("fusion")
     for name in RECIPES:
         if folder and has(folder, name):
             models[name] = load_source_model(folder / f"{name}.safetensors")

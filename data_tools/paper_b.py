@@ -3,8 +3,8 @@
 python -m data_tools.paper_b "$MOCAPLAB_DATA/cmu" --models FOLDER -o results
 
 ``FOLDER`` has the models that ``python -m data_tools.paper_b_models`` makes, ``plain.safetensors``
-and so on; the robust network is the one in the package, unless it is there too. What has no file
-is left out. Test clips are those that no network saw, the same ones for the same seed.
+and so on. Without it, or for what it lacks, the networks in the package are taken; the others are
+left out. Test clips are those that no network saw, the same ones for the same seed.
 """
 
 from __future__ import annotations

@@ -37,11 +37,13 @@ NOT_ASKED = "gated Gaussian mean"
 """An opponent that is stronger than those that the paper or its readers would name."""
 
 
+IN_THE_PACKAGE = {"robust": "fusion", "plain": "two_sources", "prediction": "prediction"}
+"""Models that come with the package, by their names here and there."""
+
+
 def load_models(folder: Path | None) -> dict[str, SourceModel]:
-    """Read the models that are there; the robust one is also in the package."""
-    models = {}
-    if not folder or not has(folder, "robust"):
-        models["robust"] = shipped_source_model("fusion")
+    """Read the models that are in the folder; for others, those that come with the package."""
+    models = {name: shipped_source_model(there) for name, there in IN_THE_PACKAGE.items()}
     for name in RECIPES:
         if folder and has(folder, name):
             models[name] = load_source_model(folder / f"{name}.safetensors")

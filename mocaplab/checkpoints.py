@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import torch
@@ -25,6 +26,8 @@ from mocaplab.motion import BoolArray, FloatArray, Skeleton
 from mocaplab.networks import NETWORKS, build_network
 
 FORMAT = "mocaplab-network-1"
+
+AnyNetwork = TypeVar("AnyNetwork", bound=torch.nn.Module)
 
 
 class CheckpointError(ValueError):
@@ -154,16 +157,9 @@ def load_checkpoint(path: str | os.PathLike[str]) -> Checkpoint:
     if header.get("format") != FORMAT:
         raise CheckpointError(f"{path}: expected format {FORMAT}, got {header.get('format')}")
     with refuse_damage(path):
-        weights = tensors_under(tensors, "model.")
         config = NETWORKS[header["network"]][1](**header["config"])
-        with torch.device("meta"):  # takes no memory, whatever sizes the header claims
-            expected = build_network(config, seed=0).state_dict()
-        if {k: v.shape for k, v in weights.items()} != {k: v.shape for k, v in expected.items()}:
-            raise ValueError("the weights do not fit the configuration")
-        model = build_network(config, seed=0)
-        model.load_state_dict(weights)
         return Checkpoint(
-            model=model.eval(),
+            model=with_weights(partial(build_network, config, seed=0), tensors),
             constant=tensors["constant"].numpy(),
             channel_labels=tuple(header["channel_labels"]),
             frame_time=float(header["frame_time"]),
@@ -171,6 +167,26 @@ def load_checkpoint(path: str | os.PathLike[str]) -> Checkpoint:
             gaussian_per_channel_s=np.asarray(tensors["gaussian_per_channel_s"]),
             info=header["info"],
         )
+
+
+def with_weights(
+    build: Callable[[], AnyNetwork], tensors: Mapping[str, torch.Tensor]
+) -> AnyNetwork:
+    """Build a network and give it the weights of a model file, whose names begin with "model.".
+
+    Raises
+    ------
+    ValueError
+        If they are not the weights of this network.
+    """
+    weights = tensors_under(tensors, "model.")
+    with torch.device("meta"):  # takes no memory, whatever sizes the header claims
+        expected = build().state_dict()
+    if {k: v.shape for k, v in weights.items()} != {k: v.shape for k, v in expected.items()}:
+        raise ValueError("the weights do not fit the configuration")
+    network = build()
+    network.load_state_dict(weights)
+    return network.eval()
 
 
 @contextmanager

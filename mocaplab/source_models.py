@@ -5,14 +5,14 @@ from __future__ import annotations
 import json
 import os
 from dataclasses import asdict, dataclass
+from functools import partial
 from importlib.resources import as_file, files
 from typing import Any
 
-import torch
 from safetensors.torch import save
 from torch import nn
 
-from mocaplab.checkpoints import CheckpointError, read_tensors, refuse_damage, tensors_under
+from mocaplab.checkpoints import CheckpointError, read_tensors, refuse_damage, with_weights
 from mocaplab.files import write_atomically
 from mocaplab.robust_fusion import RobustConfig, RobustFusion
 from mocaplab.source_networks import (
@@ -104,16 +104,9 @@ def load_source_model(path: str | os.PathLike[str]) -> SourceModel:
     if header.get("format") != FORMAT:
         raise CheckpointError(f"{path}: expected format {FORMAT}, got {header.get('format')}")
     with refuse_damage(path):
-        weights = tensors_under(tensors, "model.")
         config = CONFIGS[header["network"]](**header["config"])
-        with torch.device("meta"):  # takes no memory, whatever sizes the header claims
-            expected = build_source_network(config, seed=0).state_dict()
-        if {k: v.shape for k, v in weights.items()} != {k: v.shape for k, v in expected.items()}:
-            raise ValueError("the weights do not fit the configuration")
-        network = build_source_network(config, seed=0)
-        network.load_state_dict(weights)
         return SourceModel(
-            network=network.eval(),
+            network=with_weights(partial(build_source_network, config, seed=0), tensors),
             segments=tuple(header["segments"]),
             frame_time=float(header["frame_time"]),
             info=header["info"],

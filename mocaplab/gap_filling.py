@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from mocaplab.motion import CHANNEL_NAMES, BoolArray, FloatArray, Motion, Skeleton
+from mocaplab.motion import CHANNEL_NAMES, BoolArray, FloatArray, IntArray, Motion, Skeleton
 
 SHOWN_LABELS = 5
 """How many channels a warning names before it only counts."""
@@ -76,16 +76,33 @@ def lerp_columns(values: FloatArray) -> FloatArray:
     values : array, shape (T, N)
         Every column needs one number at least, or it stays NaN.
     """
+    left, right = gap_ends(values)
+    frames = np.arange(len(values))[:, None]
+    share = (frames - left) / np.maximum(right - left, 1)
+    start, stop = (np.take_along_axis(values, index, axis=0) for index in (left, right))
+    return np.where(np.isnan(values), start + share * (stop - start), values)
+
+
+def gap_ends(values: FloatArray) -> tuple[IntArray, IntArray]:
+    """Find the observed samples between which each sample lies.
+
+    Parameters
+    ----------
+    values : array, shape (T, N); NaN inside gaps
+
+    Returns
+    -------
+    left, right : arrays, shape (T, N), frames
+        Of an observed sample, both are its own frame. At the ends of a clip both are the
+        nearest observed sample; in a column without any they mean nothing.
+    """
     observed = ~np.isnan(values)
     frames = np.arange(len(values))[:, None]
     before = np.maximum.accumulate(np.where(observed, frames, -1), axis=0)
     after = np.minimum.accumulate(np.where(observed, frames, len(values))[::-1], axis=0)[::-1]
-    # At the ends of a clip both neighbours are the same sample: the nearest one.
     left = np.where(before < 0, after, before).clip(max=len(values) - 1)
     right = np.where(after == len(values), before, after).clip(min=0)
-    share = (frames - left) / np.maximum(right - left, 1)
-    start, stop = (np.take_along_axis(values, index, axis=0) for index in (left, right))
-    return np.where(observed, values, start + share * (stop - start))
+    return left, right
 
 
 def lerp_gaps(motion: Motion) -> Motion:

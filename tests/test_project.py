@@ -49,6 +49,7 @@ LAYERS = [
     ],
     [
         "bvh",
+        "filled",
         "filters",
         "networks",
         "noise",

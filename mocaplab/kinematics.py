@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from itertools import groupby
+
 import numpy as np
 
 from mocaplab.motion import FloatArray, Motion
-from mocaplab.rotations import euler_to_matrix
+from mocaplab.rotations import fill_matrix
 
 _BLOCK = 8192  # angles turned into matrices at once: 64 kB an entry stay in the cache
 
@@ -30,45 +32,43 @@ def local_transforms(motion: Motion) -> tuple[FloatArray, FloatArray]:
 
 
 def _joint_transforms(motion: Motion) -> FloatArray:
-    """Each joint's rotation and translation side by side, shape (J, 3, 4, T).
+    """Each joint's rotation and translation side by side, shape (3, 4, J, T).
 
     Frames come last: then an entry over time lies in one piece in memory, and numpy goes
     along the frames when it multiplies, not along three numbers.
     """
     skeleton, values = motion.skeleton, np.ascontiguousarray(motion.channels.T)
-    transforms = np.empty((skeleton.n_joints, 3, 4, motion.n_frames))
-    transforms[:, :, 3] = skeleton.offsets[..., None]
-    joints_of_order: dict[str, list[int]] = {}  # so that many of one order go together
-    turns_of_order: dict[str, list[list[int]]] = {}
+    transforms = np.empty((3, 4, skeleton.n_joints, motion.n_frames))
+    transforms[:, 3] = skeleton.offsets.T[..., None]
+    orders, turns = [], []
     first = 0  # the joint's first channel
     for joint, kinds in enumerate(skeleton.channel_names):
-        order, turns = "", []
+        order, mine = "", []
         for channel, kind in enumerate(kinds, start=first):
             if kind.endswith("rotation"):
                 order += kind[0]
-                turns.append(channel)
+                mine.append(channel)
             else:
-                transforms[joint, "XYZ".index(kind[0]), 3] = values[channel]
-        joints_of_order.setdefault(order, []).append(joint)
-        turns_of_order.setdefault(order, []).append(turns)
+                transforms["XYZ".index(kind[0]), 3, joint] = values[channel]
+        orders.append(order)
+        turns.append(mine)
         first += len(kinds)
     block = max(1, _BLOCK // motion.n_frames)
-    for order, all_joints in joints_of_order.items():
-        for start in range(0, len(all_joints), block):
-            joints = all_joints[start : start + block]
-            columns = turns_of_order[order][start : start + block]
+    for order, run in groupby(range(skeleton.n_joints), key=orders.__getitem__):
+        joints = list(run)  # neighbours of one order go together
+        for start in range(joints[0], joints[-1] + 1, block):
+            some = slice(start, min(start + block, joints[-1] + 1))
             if order:
-                angles = values[np.transpose(columns)]  # (len(order), joints, T)
-                matrices = euler_to_matrix(angles.transpose(1, 2, 0), order)
-                transforms[joints, :, :3] = matrices.transpose(0, 2, 3, 1)
+                angles = values[np.transpose(turns[some])]  # (len(order), joints, T)
+                fill_matrix(transforms[:, :3, some], angles, order)
             else:
-                transforms[joints, :, :3] = np.eye(3)[..., None]
+                transforms[:, :3, some] = np.eye(3)[..., None, None]
     return transforms
 
 
 def _split(transforms: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Bring the frames to the front and take translations and rotations apart; views."""
-    frames_first = transforms.transpose(3, 0, 1, 2)
+    frames_first = transforms.transpose(3, 2, 0, 1)
     return frames_first[..., 3], frames_first[..., :3]
 
 
@@ -88,9 +88,10 @@ def forward_kinematics(motion: Motion) -> tuple[FloatArray, FloatArray]:
     transforms = _joint_transforms(motion)
     for joint, parent in enumerate(motion.skeleton.parents.tolist()):
         if parent >= 0:
-            turn = transforms[parent, :, :3]
-            transforms[joint] = np.einsum("ijt,jkt->ikt", turn, transforms[joint])
-            transforms[joint, :, 3] += transforms[parent, :, 3]
+            above = transforms[:, :, parent]  # (3, 4, T)
+            here = np.einsum("ijt,jkt->ikt", above[:, :3], transforms[:, :, joint])
+            here[:, 3] += above[:, 3]
+            transforms[:, :, joint] = here
     positions, orientations = _split(transforms)
     return np.ascontiguousarray(positions), orientations
 

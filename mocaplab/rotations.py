@@ -67,21 +67,35 @@ def euler_to_matrix(angles_deg: ArrayLike, order: str) -> FloatArray:
     -------
     array, shape (..., 3, 3)
     """
-    angles = np.radians(np.asarray(angles_deg, dtype=np.float64))
+    angles = np.asarray(angles_deg, dtype=np.float64)
     if not order or angles.shape[-1:] != (len(order),) or set(order) - set("XYZ"):
         raise ValueError(f"order {order!r} does not fit angles of shape {angles.shape}")
+    matrix = np.empty((3, 3, *angles.shape[:-1]))  # an entry lies in one piece in memory
+    fill_matrix(matrix, np.moveaxis(angles, -1, 0), order)
+    return np.moveaxis(matrix, (0, 1), (-2, -1))
+
+
+def fill_matrix(matrix: FloatArray, angles_deg: FloatArray, order: str) -> None:
+    """Write what :func:`euler_to_matrix` returns into memory that is there already.
+
+    Parameters
+    ----------
+    matrix : array, shape (3, 3, ...), to be filled; rows and columns come first
+    angles_deg : array, shape (n, ...), degrees; the letters of ``order`` come first
+    order : str of n letters
+    """
+    angles = np.radians(angles_deg)
     if sorted(order) != ["X", "Y", "Z"]:
-        matrix = axis_angle_to_matrix(order[0], angles[..., 0])
-        for n, axis in enumerate(order[1:], start=1):
-            matrix = matrix @ axis_angle_to_matrix(axis, angles[..., n])
-        return matrix
+        product = axis_angle_to_matrix(order[0], angles[0])
+        for axis, angle in zip(order[1:], angles[1:], strict=True):
+            product = product @ axis_angle_to_matrix(axis, angle)
+        matrix[:] = np.moveaxis(product, (-2, -1), (0, 1))
+        return
     # The product multiplied out, as it is in most files. The formulas are those of "XYZ";
     # YZX and ZXY only rename the axes, the other three also mirror, which turns angles round.
     i, j, k = ("XYZ".index(axis) for axis in order)
-    cosine, sine = np.cos(angles), np.sin(angles if (j - i) % 3 == 1 else -angles)
-    cos_i, cos_j, cos_k = cosine[..., 0], cosine[..., 1], cosine[..., 2]
-    sin_i, sin_j, sin_k = sine[..., 0], sine[..., 1], sine[..., 2]
-    matrix = np.empty((3, 3, *angles.shape[:-1]))  # an entry lies in one piece in memory
+    cos_i, cos_j, cos_k = np.cos(angles)
+    sin_i, sin_j, sin_k = np.sin(angles if (j - i) % 3 == 1 else -angles)
     matrix[i, i], matrix[i, j], matrix[i, k] = cos_j * cos_k, -cos_j * sin_k, sin_j
     matrix[j, i] = cos_i * sin_k + sin_i * sin_j * cos_k
     matrix[j, j] = cos_i * cos_k - sin_i * sin_j * sin_k
@@ -89,7 +103,6 @@ def euler_to_matrix(angles_deg: ArrayLike, order: str) -> FloatArray:
     matrix[k, i] = sin_i * sin_k - cos_i * sin_j * cos_k
     matrix[k, j] = sin_i * cos_k + cos_i * sin_j * sin_k
     matrix[k, k] = cos_i * cos_j
-    return matrix.transpose(*range(2, matrix.ndim), 0, 1)
 
 
 def matrix_to_euler(matrix: ArrayLike, order: str) -> FloatArray:

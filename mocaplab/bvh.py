@@ -30,6 +30,8 @@ from mocaplab.motion import FloatArray, Motion
 
 __all__ = ["BVHError", "load_bvh", "save_bvh"]
 
+_BLOCK = 1 << 15  # characters taken at once: a block and all copies of it stay in the cache
+
 
 def load_bvh(path: str | os.PathLike[str]) -> Motion:
     """Read a BVH file.
@@ -73,8 +75,16 @@ def _has_lone_returns(raw: bytes) -> bool:
     r"""Tell whether an \r stands without the \n of Windows, which is read as a blank."""
     if b"\r" not in raw:
         return False
-    text = np.frombuffer(raw + b" ", dtype=np.uint8)
-    return bool((text[np.flatnonzero(text == ord("\r")) + 1] != ord("\n")).any())
+    # In blocks that stay in the cache; each knows the first character of the next.
+    blocks = (raw[start : start + _BLOCK + 1] for start in range(0, len(raw), _BLOCK))
+    return raw.endswith(b"\r") or any(map(_has_lone_return, blocks))
+
+
+def _has_lone_return(block: bytes) -> bool:
+    text = np.frombuffer(block, dtype=np.uint8)
+    lone = text[:-1] == ord("\r")
+    lone &= text[1:] != ord("\n")
+    return bool(lone.any())
 
 
 def _read_field(reader: Lines, key: str, expected: str) -> str:
@@ -119,9 +129,6 @@ def _read_frames(reader: Lines, n_frames: int, n_channels: int) -> FloatArray:
     return values
 
 
-_BLOCK = 1 << 15  # characters parsed at once: a block and all copies of it stay in the cache
-
-
 def _parse_numbers(text: str, start: int, values: FloatArray) -> None:
     """Turn the words of a text from start on into numbers, bit for bit as ``float`` does.
 
@@ -141,7 +148,10 @@ def _parse_numbers(text: str, start: int, values: FloatArray) -> None:
     while start < len(text):
         end = text.find("\n", start + _BLOCK)  # a block ends where a line does
         end = len(text) if end < 0 else end
-        words = text[start:end].replace("\r\n", " ").replace("\n", " ").replace("\t", " ").strip()
+        words = text[start:end]
+        if "\r" in words:  # looking for two characters takes long
+            words = words.replace("\r\n", "\n")
+        words = words.replace("\n", " ").replace("\t", " ").strip()
         part = _parse_as_json(parser, words)
         if part is None:  # blanks in a row? Parting all words takes longer
             part = _parse_as_json(parser, " ".join(words.split()))
@@ -178,9 +188,10 @@ def _parse_as_json(parser: simdjson.Parser, words: str) -> FloatArray | None:
 
 def _has_minus_zero(array: NDArray[np.uint8]) -> bool:
     """Tell whether there is a word -0: it is whole to JSON and would lose its sign."""
-    minus, zero = array == ord("-"), array == ord("0")  # much faster than b"-0," in array
-    ends = (array == ord(",")) | (array == ord("]"))
-    return bool((minus[:-2] & zero[1:-1] & ends[2:]).any())
+    here = array[:-2] == ord("-")  # much faster than b"-0," in array
+    here &= array[1:-1] == ord("0")
+    here &= (array[2:] == ord(",")) | (array[2:] == ord("]"))
+    return bool(here.any())
 
 
 def _frames_error(reader: Lines, n_frames: int, n_channels: int) -> BVHError:

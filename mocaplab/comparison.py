@@ -26,7 +26,7 @@ from mocaplab.draws import draw_test, draw_training
 from mocaplab.files import write_atomically
 from mocaplab.filters import Denoiser, oracle_gaussian
 from mocaplab.measures import MEASURES
-from mocaplab.methods import METHODS, NETWORK_LABELS
+from mocaplab.methods import METHODS, part_network
 from mocaplab.motion import Corrupted, Motion
 from mocaplab.splits import Split
 
@@ -47,11 +47,14 @@ class Job:
     holdout : str, the split's name
     split : Split
     corruption : str, a recipe, see :func:`mocaplab.corruption.parse_recipe`
-    method : str, a name in ``METHODS`` or ``NETWORK_LABELS``, or ``ORACLE``
+    method : str, a name in ``METHODS``, a network (``part_network``), or ``ORACLE``
     measures : tuple of str, names in ``MEASURES``
     seed : int
     repetitions : int, times that fresh noise is drawn for every test clip
     epochs : int, for which networks are trained, or None for their usual number
+    detail : bool
+        Rows have also the RMS of every frame and of every joint, over all angles, as lists
+        by_frame_deg and by_joint_deg.
     """
 
     holdout: str
@@ -62,11 +65,23 @@ class Job:
     seed: int
     repetitions: int
     epochs: int | None = None
+    detail: bool = False
 
     @property
     def name(self) -> str:
         """A name that can be a file's."""
-        return re.sub(r"[^\w.+-]", "_", f"{self.corruption}-{self.method}-{self.holdout}")
+        return _file_name(f"{self.corruption}-{self.network_name}")
+
+    @property
+    def network_name(self) -> str:
+        """The name without the corruption, which a trained network does not depend on."""
+        usual = self.epochs is None or part_network(self.method) is None
+        epochs = "" if usual else f"-{self.epochs}"
+        return _file_name(f"{self.method}-{self.holdout}{epochs}")
+
+
+def _file_name(text: str) -> str:
+    return re.sub(r"[^\w.+-]", "_", text)
 
 
 def make_jobs(
@@ -125,17 +140,18 @@ def versions() -> dict[str, str]:
 
 def fingerprint(dataset: Dataset, job: Job) -> dict[str, Any]:
     """Tell all that the rows of a job depend on."""
-    return {
+    found = {
         "versions": versions(),
         "corruption": job.corruption,
         "method": job.method,
         "measures": list(job.measures),
         "seed": job.seed,
         "repetitions": job.repetitions,
-        "epochs": job.epochs if job.method in NETWORK_LABELS else None,
+        "epochs": job.epochs if part_network(job.method) else None,
         "training clips": _digest(dataset, job.split.train),
         "test clips": _digest(dataset, job.split.test),
     }
+    return found | ({"detail": True} if job.detail else {})
 
 
 def _digest(dataset: Dataset, indices: Sequence[int]) -> str:
@@ -166,7 +182,7 @@ def run_job(dataset: Dataset, job: Job, models: Path | None = None) -> Result:
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         start = perf_counter()
-        clean = _fit(dataset, job, models)
+        clean = fit_method(dataset, job, models)
         fit_s = perf_counter() - start
         rows = [
             _row(dataset, job, i, repetition, clean)
@@ -192,15 +208,34 @@ def _row(
     _check_finite(cleaned)
     row = {"clip": clip.clean.name, "action": dataset.actions[index], "repetition": repetition}
     row |= {"frames": cleaned.n_frames, "seconds": seconds}
-    return row | {name: float(MEASURES[name].score(cleaned, clip)) for name in job.measures}
+    row |= {name: float(MEASURES[name].score(cleaned, clip)) for name in job.measures}
+    return row | (_detail(cleaned, clip.clean) if job.detail else {})
 
 
-def _fit(dataset: Dataset, job: Job, models: Path | None) -> Callable[[Corrupted], Motion]:
-    """Fit the method on the training clips, corrupted by the same recipe."""
+def _detail(cleaned: Motion, clean: Motion) -> dict[str, list[float]]:
+    """Part the error over all angles by frame and by joint; the root's angles are left out."""
+    skeleton = clean.skeleton
+    square = (cleaned.channels - clean.channels)[:, skeleton.is_cleaned] ** 2
+    joints = skeleton.channel_joint[skeleton.is_cleaned]
+    by_joint = [
+        float(np.sqrt(square[:, joints == joint].mean())) if (joints == joint).any() else 0.0
+        for joint in range(skeleton.n_joints)
+    ]
+    by_frame = np.sqrt(square.mean(axis=1))
+    return {"by_frame_deg": by_frame.round(4).tolist(), "by_joint_deg": by_joint}
+
+
+def fit_method(dataset: Dataset, job: Job, models: Path | None) -> Callable[[Corrupted], Motion]:
+    """Fit a job's method on its training clips, corrupted by the same recipe.
+
+    Returns
+    -------
+    function that cleans a corrupted clip
+    """
     if job.method == ORACLE:
         return oracle_gaussian
     denoiser: Denoiser
-    if job.method in NETWORK_LABELS:
+    if part_network(job.method):
         from mocaplab.network_methods import train_method
 
         clean = [dataset.clips[i] for i in job.split.train]
@@ -221,7 +256,7 @@ def _model_files(job: Job, models: Path | None) -> tuple[Path | None, Path | Non
     """
     if models is None or not models.is_dir():  # a machine of a cluster, without our disk
         return None, None
-    return models / f"{job.method}-{job.holdout}.safetensors", models / f"{job.name}.part"
+    return models / f"{job.network_name}.safetensors", models / f"{job.name}.part"
 
 
 def _check_finite(cleaned: Motion) -> None:

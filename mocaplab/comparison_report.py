@@ -15,7 +15,7 @@ from mocaplab.bootstrap import Interval, percentile_interval, resampled_means
 from mocaplab.comparison import ORACLE, Job, Result
 from mocaplab.evaluation import format_table
 from mocaplab.measures import MEASURES
-from mocaplab.methods import METHODS, NETWORK_LABELS
+from mocaplab.methods import METHODS, network_label, part_network
 from mocaplab.motion import FloatArray
 
 BASELINE = "gaussian_tuned"
@@ -56,7 +56,8 @@ def method_label(name: str) -> str:
     """Return how tables call a method."""
     if name == ORACLE:
         return "oracle Gaussian (sees the clean signal)"
-    return NETWORK_LABELS.get(name) or METHODS[name].label
+    parts = part_network(name)
+    return network_label(*parts) if parts else METHODS[name].label
 
 
 def results_to_csv(results: Mapping[Job, Result]) -> str:

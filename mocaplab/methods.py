@@ -122,10 +122,29 @@ NETWORK_LABELS = {
     "ebf_free": "EBF, free kernels",
     "bf": "BF (no encoder)",
     "nn": "NN (dense layers)",
+    "ebd_denoiser": "EBD as denoiser",
     "blend": "Blend",
 }
 """The networks, name -> label; :mod:`mocaplab.network_methods` trains them.
 
-They learn from the clean training clips, with noise that they draw themselves. So one
-network serves for all corruptions.
+They learn from the clean training clips, with angular noise of all amounts that they draw
+themselves. So one network serves for all corruptions. ``"ebf@uniform:0.5"`` is an EBF that is
+trained on one recipe alone.
 """
+
+
+def part_network(method: str) -> tuple[str, str | None] | None:
+    """Part the name of a network's method into the network and its recipe, if it has one.
+
+    Returns
+    -------
+    (network, recipe or None), or None if the method is no network
+    """
+    network, at, recipe = method.partition("@")
+    return (network, recipe if at else None) if network in NETWORK_LABELS else None
+
+
+def network_label(network: str, recipe: str | None) -> str:
+    """Return how tables call a network, and what it was trained on if that is one recipe."""
+    label = NETWORK_LABELS[network]
+    return f"{label}, trained on {recipe}" if recipe else label

@@ -10,9 +10,11 @@ from typing import Any
 from mocaplab.blend import BlendConfig
 from mocaplab.checkpoints import load_checkpoint, save_checkpoint
 from mocaplab.cleaning import Cleaner
+from mocaplab.corruption import parse_recipe
 from mocaplab.datasets import clip_digest
+from mocaplab.methods import part_network
 from mocaplab.motion import Motion
-from mocaplab.networks import EBFConfig, NNConfig
+from mocaplab.networks import EBDConfig, EBFConfig, NNConfig
 from mocaplab.train_config import BLEND_TRAINING, TrainConfig
 from mocaplab.training import train
 
@@ -22,6 +24,7 @@ SHAPES: dict[str, Callable[[int], Any]] = {
     "ebf_free": lambda n: EBFConfig(n, kernel="free"),
     "bf": lambda n: EBFConfig(n, encoder=False),
     "nn": NNConfig,
+    "ebd_denoiser": EBDConfig,
     "blend": BlendConfig,
 }
 """For the name of a method, a function from the number of channels to a network's shape."""
@@ -33,6 +36,19 @@ def training_recipe(name: str, epochs: int | None, seed: int = 0) -> TrainConfig
     return replace(config, seed=seed, epochs=epochs or config.epochs)
 
 
+def training_noise(config: TrainConfig, recipe: str) -> tuple[TrainConfig, str | None]:
+    """Set what noise a network is trained on, in place of angular noise of all amounts.
+
+    Returns
+    -------
+    TrainConfig, and the recipe if it is more than an amount of angular noise
+    """
+    steps = [(step.name, amount) for step, amount in parse_recipe(recipe)]
+    if len(steps) == 1 and steps[0][0] == "angular":
+        return replace(config, k_low=steps[0][1], k_high=steps[0][1]), None
+    return config, recipe
+
+
 def train_method(
     name: str, clips: Sequence[Motion], epochs: int | None, model: Path | None, state: Path | None
 ) -> Cleaner:
@@ -40,7 +56,7 @@ def train_method(
 
     Parameters
     ----------
-    name : str, a name in ``SHAPES``
+    name : str, a name in ``SHAPES``, or ``"NAME@RECIPE"`` to train on one recipe alone
     clips : list of Motion, clean; the noise is drawn here
     epochs : int, or None for the network's usual number
     model : file to keep the network in, or None
@@ -51,8 +67,11 @@ def train_method(
     CheckpointError
         If the file holds another network, or one of other clips.
     """
-    shape = SHAPES[name]
-    config = training_recipe(name, epochs)
+    network, recipe = part_network(name) or (name, None)
+    shape = SHAPES[network]
+    config = training_recipe(network, epochs)
+    if recipe is not None:
+        config, recipe = training_noise(config, recipe)
     if model is not None and model.exists():
         checkpoint = load_checkpoint(model)
         seen = set(checkpoint.trained_on.values())
@@ -60,10 +79,11 @@ def train_method(
             seen != {clip_digest(clip) for clip in clips}
             or checkpoint.model.config != shape(checkpoint.model.config.n_channels)
             or checkpoint.info["train"]["epochs"] != config.epochs
+            or checkpoint.info["train"].get("recipe") != recipe
         ):
             raise ValueError(f"{model} was trained on other clips or otherwise; take it away")
         return Cleaner(checkpoint)
-    checkpoint = train(clips, config, shape, state_path=state, progress=False)
+    checkpoint = train(clips, config, shape, recipe=recipe, state_path=state, progress=False)
     if model is not None:
         save_checkpoint(checkpoint, model)
     if state is not None:

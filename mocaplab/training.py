@@ -30,6 +30,7 @@ from mocaplab.parallel import (
     share_gradients,
     training_device,
 )
+from mocaplab.recipe_lesson import RecipeLesson
 from mocaplab.train_config import TrainConfig
 from mocaplab.training_state import TrainingState, cosine_decay
 
@@ -39,6 +40,7 @@ def train(
     config: TrainConfig,
     network_shape: Callable[[int], Any] = EBFConfig,
     *,
+    recipe: str | None = None,
     validation: Sequence[Motion] = (),
     state_path: str | os.PathLike[str] | None = None,
     progress: bool = True,
@@ -56,6 +58,9 @@ def train(
     network_shape : function
         Takes the number of channels that move in the clips and returns the configuration of a
         network in :mod:`mocaplab.networks`, such as ``EBFConfig`` itself.
+    recipe : str or None
+        What the clips are corrupted by, see :func:`mocaplab.corruption.parse_recipe`; None
+        is angular noise of all amounts between the config's ``k_low`` and ``k_high``.
     validation : list of Motion
         Further clips on which the loss is measured after each epoch, always with the same
         noise. The weights with the lowest are returned.
@@ -92,11 +97,13 @@ def train(
         "clips": {clip.name: clip_digest(clip) for clip in clips},
         "validation": {clip.name: clip_digest(clip) for clip in validation},
     }
+    if recipe is not None:
+        fingerprint["recipe"] = recipe
     with process_group() as (rank, _):
         state = TrainingState(network.to(training_device()), config.weight_decay)
         if state_path is not None and Path(state_path).exists():
             state.load(state_path, fingerprint)
-        trainer = _Trainer(state, clips, validation, config, columns)
+        trainer = _Trainer(state, clips, validation, config, columns, recipe)
         bar = tqdm(
             range(len(state.losses), config.epochs),
             initial=len(state.losses),
@@ -145,21 +152,23 @@ class _Trainer:
         validation: Sequence[Motion],
         config: TrainConfig,
         columns: BoolArray,
+        recipe: str | None = None,
     ):
         self.state, self.config = state, config
         network = state.network
-        self.lesson: Lesson
-        self.validation: Lesson | None = None
-        if isinstance(network, Blend):
-            self.shared = share_gradients(network.mixer)
-            self.lesson = BlendLesson(clips, config, columns, network, measure=True)
-            if validation:
-                self.validation = BlendLesson(validation, config, columns, network, measure=False)
-        else:
-            self.shared = share_gradients(network)
-            self.lesson = WindowLesson(clips, config, columns)
-            if validation:
-                self.validation = WindowLesson(validation, config, columns)
+        self.shared = share_gradients(network.mixer if isinstance(network, Blend) else network)
+
+        def lesson(clips: Sequence[Motion], measure: bool) -> Lesson:
+            if isinstance(network, Blend):
+                if recipe is not None:
+                    raise ValueError(f"a Blend draws its own noise, and takes no recipe ({recipe})")
+                return BlendLesson(clips, config, columns, network, measure=measure)
+            if recipe is not None:
+                return RecipeLesson(clips, recipe, config, columns)
+            return WindowLesson(clips, config, columns)
+
+        self.lesson = lesson(clips, True)
+        self.validation = lesson(validation, False) if validation else None
 
     def epoch(self, epoch: int) -> None:
         """Take all steps of an epoch."""

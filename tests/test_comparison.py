@@ -176,7 +176,28 @@ def test_a_network_is_trained_once_for_all_corruptions(few, job, tmp_path):
         assert row["rms_all_deg"] == same["rms_all_deg"]
     assert again["rows"][0]["rms_all_deg"] != first["rows"][0]["rms_all_deg"]
     with pytest.raises(ValueError, match="was trained on other clips or otherwise"):
-        run_job(few, replace(job, epochs=2), tmp_path)
+        run_job(few, replace(job, split=Split((2, 3, 4), (0, 1))), tmp_path)
+    assert replace(job, epochs=2).network_name == "bf-holdout_1-2"  # a file of its own
+    assert replace(job, epochs=None).network_name == "bf-holdout_1"
+    assert replace(job, method="noisy").network_name == "noisy-holdout_1"
+
+
+def test_a_network_may_be_trained_on_one_recipe(few, job, tmp_path):
+    job = replace(job, method="bf@uniform:0.5", epochs=1)
+    run_job(few, job, tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["bf_uniform_0.5-holdout_1-1.safetensors"]
+    assert fingerprint(few, job)["epochs"] == 1
+
+
+def test_detail_parts_the_error_by_frame_and_joint(few, job):
+    (row, *_) = run_job(few, replace(job, detail=True))["rows"]
+    clip = few.clips[0]
+    mean_square = np.mean(np.square(row["by_frame_deg"]))
+    assert np.sqrt(mean_square) == pytest.approx(row["rms_all_deg"], abs=1e-3)
+    weights = np.bincount(clip.skeleton.channel_joint[clip.skeleton.is_cleaned], minlength=31)
+    by_joint = np.average(np.square(row["by_joint_deg"]), weights=weights)
+    assert np.sqrt(by_joint) == pytest.approx(row["rms_all_deg"])
+    assert row["by_joint_deg"][0] == 0  # the root
 
 
 def test_rows_are_read_back_as_they_were(few, job, tmp_path):

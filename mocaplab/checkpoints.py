@@ -77,9 +77,10 @@ class Checkpoint:
         widths = self.gaussian_per_channel_s
         if widths.shape != (n,) or not (np.isfinite(widths) & (widths >= 0)).all():
             raise ValueError(f"gaussian_per_channel_s must be {n} numbers of 0 or more")
-        for name in ("frame_time", "gaussian_s"):
-            if not 0 < getattr(self, name) < np.inf:
-                raise ValueError(f"{name} must be above 0, got {getattr(self, name)}")
+        if not 0 < self.frame_time < np.inf:
+            raise ValueError(f"frame_time must be above 0, got {self.frame_time}")
+        if not 0 <= self.gaussian_s < np.inf:
+            raise ValueError(f"gaussian_s must be 0 or more, got {self.gaussian_s}")
         if not all(torch.isfinite(value).all() for value in self.model.parameters()):
             raise ValueError("a weight is not finite")
         if not isinstance(self.trained_on, dict):

@@ -24,14 +24,15 @@ from mocaplab.corruption import parse_recipe
 from mocaplab.datasets import Dataset, clip_digest
 from mocaplab.draws import draw_test, draw_training
 from mocaplab.files import write_atomically
-from mocaplab.filters import Denoiser, oracle_gaussian
+from mocaplab.filters import Denoiser
 from mocaplab.measures import MEASURES
 from mocaplab.methods import METHODS, part_network
 from mocaplab.motion import Corrupted, Motion
 from mocaplab.splits import Split
+from mocaplab.tuning import oracle_gaussian
 
 ORACLE = "oracle"
-"""The row of :func:`mocaplab.filters.oracle_gaussian`, which sees the clean signal."""
+"""The row of :func:`mocaplab.tuning.oracle_gaussian`, which sees the clean signal."""
 
 Result = dict[str, Any]
 """What a job returns: fingerprint, fit_s (seconds), notes (what the method warned of), and

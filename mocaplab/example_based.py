@@ -53,6 +53,7 @@ from mocaplab.motion import (
     Skeleton,
     moving_channels,
 )
+from mocaplab.tuning import mean_rms
 
 ENERGIES = (0.99, 0.997, 0.999, 0.9997)
 """The shares of the examples' energy that the bases may hold, of which fitting chooses one."""
@@ -214,8 +215,7 @@ def fit_example_based(clips: Sequence[Corrupted]) -> ExampleBasedDenoiser:
         bases, misfit = _bases_and_misfit(second_moment, energy)
         for strength in STRENGTHS:
             denoiser = ExampleBasedDenoiser(skeleton, bases, misfit, strength)
-            error = sum(_square_error(denoiser, clip) for clip in tests)
-            candidates.append((error, energy, strength))
+            candidates.append((mean_rms(denoiser, tests), energy, strength))
     _, energy, strength = min(candidates)
     bases, misfit = _bases_and_misfit(_second_moment(clips), energy)
     return ExampleBasedDenoiser(skeleton, bases, misfit, strength)
@@ -246,8 +246,3 @@ def _bases_and_misfit(second_moment: FloatArray, energy: float) -> tuple[FloatAr
     share = np.maximum(missed, 0.0) / np.where(moved, power, 1.0)
     misfit = np.where(moved, np.sqrt(np.maximum(share, 1e-4)), np.inf)
     return bases.reshape(-1, N_COEFFICIENTS, bases.shape[1]), misfit
-
-
-def _square_error(denoiser: ExampleBasedDenoiser, clip: Corrupted) -> float:
-    cleaned = denoiser.denoise(clip.observed, clip.mask)
-    return float(np.sum((cleaned.channels - clip.clean.channels) ** 2))

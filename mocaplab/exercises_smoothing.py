@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mocaplab.exercises import NOT_YET
-from mocaplab.filters import SIGMA_GRID_S, Denoiser, GaussianDenoiser, squared_errors
+from mocaplab.filters import Denoiser, GaussianDenoiser
 from mocaplab.measures import MEASURES
 from mocaplab.motion import Corrupted, FloatArray
+from mocaplab.tuning import SIGMA_GRID_S, error_table
 
 WINDOWS = ((0.075, 1 / 120), (0.1, 1 / 30))
 """Windows of 9 and of 3 frames, for the moving average: seconds and frame time."""
@@ -107,7 +108,10 @@ def _wrong_average(result: Any, values: FloatArray, half: int) -> str:
 
 
 def check_tuning(answer: Any, clips: Sequence[Corrupted], others: Sequence[Corrupted]) -> str:
-    """Check a function that takes training clips and returns the best single width, seconds."""
+    """Check a function that takes training clips and returns the best single width, seconds.
+
+    Best is the smallest RMS error, averaged over clips (:mod:`mocaplab.tuning`).
+    """
     if answer is None:
         return NOT_YET
     if not callable(answer):
@@ -119,7 +123,8 @@ def check_tuning(answer: Any, clips: Sequence[Corrupted], others: Sequence[Corru
         if problem or got is None or got.size != 1:
             return problem or "Your function must return one number: a width in seconds."
         found.append(float(got.ravel()[0]))
-    tables = [(some, _squared_errors(some)) for some in (clips, others)]
+    candidates = [GaussianDenoiser(sigma_s) for sigma_s in SIGMA_GRID_S]
+    tables = [(some, error_table(candidates, some)) for some in (clips, others)]
     wrong = [(w, *t) for w, t in zip(found, tables, strict=True) if not _is_best_width(w, t[1])]
     if not wrong:
         return (
@@ -139,42 +144,47 @@ def check_tuning(answer: Any, clips: Sequence[Corrupted], others: Sequence[Corru
         return f"A width of {width:g} seconds cannot be right. Which unit is it in?"
     return (
         f"{1000 * width:.0f} ms is not the best for one of the lists. For every width: clean "
-        f"each clip, add up the squared errors. Then keep the width with the smallest sum."
+        f"each clip, take its RMS, and average over clips. Keep the width with the smallest mean."
     )
 
 
-def _squared_errors(clips: Sequence[Corrupted]) -> FloatArray:
-    """Sum the squared error of every clip with every width of the grid, (clips, widths)."""
-    candidates = [GaussianDenoiser(s) for s in SIGMA_GRID_S]
-    return np.array([squared_errors(candidates, clip).sum(axis=1) for clip in clips])
-
-
 def _is_best_width(width: float, errors: FloatArray) -> bool:
-    """Tell whether a width is as good as the best one, to a hundredth of the error."""
-    total = errors.sum(axis=0)
-    return bool(0 < width < 1 and np.interp(width, SIGMA_GRID_S, total) <= 1.01 * total.min())
+    """Tell whether a width is as good as the best one, to half a percent of the error."""
+    rms = _rms(errors).mean(axis=0)
+    return bool(0 <= width < 1 and np.interp(width, SIGMA_GRID_S, rms) <= 1.005 * rms.min())
+
+
+def _rms(errors: FloatArray) -> FloatArray:
+    """Return each clip's RMS with each width, (clips, widths), up to a common factor."""
+    rms: FloatArray = np.sqrt(errors.sum(axis=2))
+    return rms
 
 
 def _known_wrong_width(width: float, clips: Sequence[Corrupted], errors: FloatArray) -> str:
-    total, fps = errors.sum(axis=0), clips[0].clean.fps
-    rms = np.sqrt(errors / np.array([[clip.clean.n_frames] for clip in clips]))
-    best = float(SIGMA_GRID_S[np.argmin(total)])
-    each = SIGMA_GRID_S[np.argmin(errors, axis=1)]
-    add_up = "Add up the errors of all clips first, then choose once."
+    rms, fps = _rms(errors), clips[0].clean.fps
+    mean = rms.mean(axis=0)
+    frames = np.array([clip.clean.n_frames for clip in clips])
+    squares = rms**2
+    best = float(SIGMA_GRID_S[np.argmin(mean)])
+    each = SIGMA_GRID_S[np.argmin(rms, axis=1)]
+    average = "Average the errors of all clips first, then choose once."
     known = {
-        float(np.argmin(total)): "That is a place in the list of widths. Return the width at "
+        float(np.argmin(mean)): "That is a place in the list of widths. Return the width at "
         "this place.",
         best * fps: "That is in frames. Times frame_time, it is in seconds.",
         best * 1000: "That is in milliseconds. The answer is wanted in seconds.",
-        float(SIGMA_GRID_S[np.argmax(total)]): "That is the width with the largest error. Take "
+        float(SIGMA_GRID_S[np.argmax(mean)]): "That is the width with the largest error. Take "
         "the smallest.",
-        float(SIGMA_GRID_S[np.argmin(rms.mean(axis=0))]): "That is best by the mean RMS of the "
-        "clips. It is honest, too, but the task asks for the sum of the squared errors.",
-        float(np.mean(each)): f"That is the mean of each clip's best width. {add_up}",
-        float(np.median(each)): f"That is the median of each clip's best width. {add_up}",
-        float(each[-1]): f"That is the best width of the last clip alone. {add_up}",
-        float(each[0]): f"That is the best width of the first clip alone. {add_up}",
+        float(np.mean(each)): f"That is the mean of each clip's best width. {average}",
+        float(np.median(each)): f"That is the median of each clip's best width. {average}",
+        float(each[-1]): f"That is the best width of the last clip alone. {average}",
+        float(each[0]): f"That is the best width of the first clip alone. {average}",
     }
+    for total in (squares.mean(axis=0), frames @ squares):
+        known[float(SIGMA_GRID_S[np.argmin(total)])] = (
+            "That is best by the squared errors of all clips together. There the clip with the "
+            "largest errors has nearly all the say. Take the root for each clip, then the mean."
+        )
     return _known(width, known, rtol=1e-4)
 
 

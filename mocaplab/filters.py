@@ -6,7 +6,7 @@ Widths are in seconds, never in frames, so that 30 and 120 frames per second agr
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable
 from typing import Protocol
 
 import numpy as np
@@ -14,10 +14,7 @@ from numpy.typing import ArrayLike
 
 from mocaplab.euler import motion_continuity
 from mocaplab.gap_filling import lerp_gaps, never_observed
-from mocaplab.motion import BoolArray, Corrupted, FloatArray, Motion, moving_channels
-
-SIGMA_GRID_S = np.round(np.geomspace(0.004, 0.25, 37), 4)
-"""The widths that tuning tries, in seconds."""
+from mocaplab.motion import BoolArray, FloatArray, Motion, moving_channels
 
 
 class Denoiser(Protocol):
@@ -112,7 +109,7 @@ class Smoother(ABC):
         values : array, shape (T, C)
             Continuous angles; gaps are filled already.
         mask : array, shape (T, C), bool
-            False where a gap was filled, for filters that bridge gaps in their own way.
+            False where a gap was filled, for filters that measure the noise.
         frame_time : float, seconds
         """
 
@@ -162,54 +159,3 @@ class GaussianDenoiser(Smoother):
     def smooth(self, values: FloatArray, mask: BoolArray, frame_time: float) -> FloatArray:
         """Return the smoothed channels; see :func:`gaussian_filter`."""
         return gaussian_filter(values, self.sigma_s, frame_time)
-
-
-def squared_errors(candidates: Sequence[Smoother], clip: Corrupted) -> FloatArray:
-    """Score smoothers on a clip whose truth is known.
-
-    Returns
-    -------
-    array, shape (number of candidates, C), squared degrees summed over frames
-    """
-    filled, clean = lerp_gaps(clip.observed), clip.clean.channels
-    smoothed = (s.smooth(filled.channels, clip.mask, filled.frame_time) for s in candidates)
-    return np.array([np.sum((x - clean) ** 2, axis=0) for x in smoothed])
-
-
-def tune_gaussian(clips: Iterable[Corrupted]) -> tuple[float, FloatArray]:
-    """Find the Gaussian widths with the smallest squared error on training clips.
-
-    Only channels that move count: the root is not smoothed when a clip is cleaned.
-
-    Parameters
-    ----------
-    clips : Corrupted clips of one skeleton; never test clips
-
-    Returns
-    -------
-    sigma_s : float, seconds
-        The best single width for all channels.
-    sigma_per_channel_s : array, shape (C,), seconds
-        The best width of each channel; the single one where a channel never moves.
-    """
-    candidates = [GaussianDenoiser(sigma_s) for sigma_s in SIGMA_GRID_S]
-    errors = [
-        np.where(moving_channels(clip.clean), squared_errors(candidates, clip), 0.0)
-        for clip in clips
-    ]
-    if not errors:
-        raise ValueError("tuning needs at least one training clip")
-    error = np.sum(errors, axis=0)  # (widths, C)
-    single = float(SIGMA_GRID_S[np.argmin(error.sum(axis=1))])
-    moves = np.ptp(error, axis=0) > 0
-    return single, np.where(moves, SIGMA_GRID_S[np.argmin(error, axis=0)], single)
-
-
-def oracle_gaussian(clip: Corrupted) -> Motion:
-    """Smooth each channel with the width that is best for this very clip.
-
-    This is a bound, not a method: it looks at the clean signal. No Gaussian of fixed width
-    (one of ``SIGMA_GRID_S``) can do better, however its width was found.
-    """
-    _, sigma_per_channel_s = tune_gaussian([clip])
-    return GaussianDenoiser(sigma_per_channel_s).denoise(clip.observed, clip.mask)

@@ -1,7 +1,9 @@
 """A Kalman smoother: movement with constant acceleration, but for random jerk.
 
-Each channel is filtered forwards in time and smoothed backwards. A gap is simply a frame
-without a measurement: the model bridges it, and needs nobody to fill it.
+Each channel is filtered forwards in time and smoothed backwards. To the model, a gap is some
+frames without a measurement, and it can go on through it (:func:`kalman_smooth`). It does so well
+for a tenth of a second. But it believes that acceleration goes on, so it swings far out in longer
+gaps, further than a straight line is wrong. So :class:`KalmanSmoother` runs over straight lines.
 """
 
 from __future__ import annotations
@@ -16,8 +18,8 @@ from mocaplab.filters import Smoother
 from mocaplab.motion import CONSTANT_STD_DEG, BoolArray, Corrupted, FloatArray
 from mocaplab.tuning import tune, tune_per_channel
 
-JERK_GRID = np.geomspace(1e4, 1e12, 17)
-"""The jerk densities that tuning tries, degrees² / second⁵."""
+JERK_GRID = np.geomspace(1e4, 1e16, 25)
+"""The jerk densities that tuning tries, degrees² / second⁵. The largest smooth nothing."""
 
 # State of a channel: angle, velocity and acceleration per frame (not per second), in units of
 # the measurement noise. So numbers stay of one size, whatever the channel and the frame rate.
@@ -91,8 +93,7 @@ class KalmanSmoother(Smoother):
     Only the jerk is tuned. The measurement noise is estimated from each observed clip, by
     its third differences (:func:`mocaplab.cosine_windows.estimate_noise_std`), so a noisier
     clip is smoothed more. It is ``CONSTANT_STD_DEG`` at least, also where no four samples in a
-    row were observed. A gap at the start or the end of the clip takes the nearest smoothed
-    value.
+    row were observed. What was filled into gaps counts as observed: see the top of this file.
 
     Parameters
     ----------
@@ -110,17 +111,11 @@ class KalmanSmoother(Smoother):
             raise ValueError(f"jerk_density must be positive numbers, got {self.jerk_density}")
 
     def smooth(self, values: FloatArray, mask: BoolArray, frame_time: float) -> FloatArray:
-        """Return the smoothed channels; what was filled in gaps is not looked at."""
+        """Return the smoothed channels; see :meth:`mocaplab.filters.Smoother.smooth`."""
         if self.jerk_density.shape not in [(), values.shape[1:]]:
             raise ValueError(f"tuned for {self.jerk_density.size} channels, got {values.shape[1]}")
-        seen = np.where(mask, values, np.nan)
         noise_std = np.maximum(estimate_noise_std(values, mask), CONSTANT_STD_DEG)
-        smoothed = kalman_smooth(seen, self.jerk_density, noise_std**2, frame_time)
-        # Beyond the first and last measurement the model would go on accelerating: hold instead.
-        first, last = np.argmax(mask, axis=0), len(mask) - 1 - np.argmax(mask[::-1], axis=0)
-        frames = np.clip(np.arange(len(mask))[:, None], first, last)
-        held = np.take_along_axis(smoothed, frames, axis=0)
-        return np.where(mask.any(axis=0), held, values)  # never observed: at rest
+        return kalman_smooth(values, self.jerk_density, noise_std**2, frame_time)
 
 
 def fit_kalman(clips: Sequence[Corrupted], *, per_channel: bool = False) -> KalmanSmoother:

@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
-from mocaplab.filters import Denoiser, GapFiller, GaussianDenoiser, Untouched, tune_gaussian
+from mocaplab.filters import Denoiser, GapFiller, GaussianDenoiser, Untouched
 from mocaplab.gap_filling import pchip_gaps, spline_gaps
 from mocaplab.kalman import fit_kalman
 from mocaplab.motion import Corrupted
@@ -22,6 +22,7 @@ from mocaplab.smoothers import (
     fit_one_euro,
     fit_savgol,
 )
+from mocaplab.tuning import tune_gaussian
 
 Fit = Callable[[Sequence[Corrupted]], Denoiser]
 
@@ -82,7 +83,7 @@ METHODS: dict[str, Method] = {
         Method("spline", "gaps by a spline", _untuned(GapFiller(spline_gaps))),
         Method("pca", "gaps by PCA", _fit_pca),
         Method("lowrank", "gaps by low rank and Kalman", _fit_lowrank),
-        # All others fill gaps by straight lines, but the Kalman smoothers, which bridge them.
+        # All others fill gaps by straight lines.
         Method("gaussian_58", "Gaussian 58 ms", _untuned(GaussianDenoiser(0.058))),
         Method("gaussian_125", "Gaussian 125 ms", _untuned(GaussianDenoiser(0.125))),
         Method(

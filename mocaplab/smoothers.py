@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from scipy.ndimage import median_filter
 from scipy.signal import butter, lfilter, savgol_filter, sosfiltfilt
 
-from mocaplab.filters import Smoother, gaussian_filter
+from mocaplab.filters import Smoother, Untouched, gaussian_filter
 from mocaplab.motion import BoolArray, Corrupted, FloatArray
 from mocaplab.tuning import lowest_fps, tune, tune_per_channel
 
@@ -32,6 +32,12 @@ def _require_positive(**values: float) -> None:
     for name, value in values.items():
         if not 0 < value < np.inf:
             raise ValueError(f"{name} must be a positive number, got {value}")
+
+
+def _tune(filters: Sequence[Smoother], clips: Sequence[Corrupted], per_channel: bool) -> Smoother:
+    """Tune on training clips; where there is next to no noise, no filter is the best one."""
+    candidates = [Untouched(), *filters]
+    return tune_per_channel(candidates, clips) if per_channel else tune(candidates, clips)
 
 
 @dataclass(frozen=True)
@@ -87,7 +93,7 @@ def fit_savgol(clips: Sequence[Corrupted], *, per_channel: bool = False) -> Smoo
     fps = lowest_fps(clips)
     grid = product(np.geomspace(0.05, 1.0, 16).round(3).tolist(), (2, 4))
     usable = [SavitzkyGolay(w, order) for w, order in grid if odd_frames(w, 1 / fps) > order]
-    return tune_per_channel(usable, clips) if per_channel else tune(usable, clips)
+    return _tune(usable, clips, per_channel)
 
 
 @dataclass(frozen=True)
@@ -142,9 +148,9 @@ class Butterworth(Smoother):
 def fit_butterworth(clips: Sequence[Corrupted], *, per_channel: bool = False) -> Smoother:
     """Tune a zero-lag Butterworth filter on training clips."""
     fps = lowest_fps(clips)
-    grid = np.geomspace(1.0, 30.0, 30).round(2).tolist()
+    grid = np.geomspace(1.0, 60.0, 36).round(2).tolist()
     usable = [Butterworth(cutoff) for cutoff in grid if cutoff < fps / 2]
-    return tune_per_channel(usable, clips) if per_channel else tune(usable, clips)
+    return _tune(usable, clips, per_channel)
 
 
 @dataclass(frozen=True)
@@ -195,9 +201,9 @@ def fit_median_gaussian(clips: Sequence[Corrupted], *, per_channel: bool = False
     """Tune a median and Gaussian on training clips."""
     shortest_s = 3 / lowest_fps(clips)
     windows = sorted({max(window, shortest_s) for window in (0.025, 0.042, 0.075, 0.15)})
-    sigmas = np.geomspace(0.008, 0.125, 9).round(4).tolist()
+    sigmas = [0.0, *np.geomspace(0.004, 0.125, 11).round(4).tolist()]
     usable = [MedianGaussian(window, sigma) for window, sigma in product(windows, sigmas)]
-    return tune_per_channel(usable, clips) if per_channel else tune(usable, clips)
+    return _tune(usable, clips, per_channel)
 
 
 @dataclass(frozen=True)
@@ -250,4 +256,4 @@ def fit_one_euro(clips: Sequence[Corrupted], *, per_channel: bool = False) -> Sm
     cutoffs = np.geomspace(0.5, 16.0, 11).round(2).tolist()
     betas = (0.0, 0.003, 0.01, 0.03, 0.1, 0.3)
     candidates = [OneEuro(cutoff, beta) for cutoff, beta in product(cutoffs, betas)]
-    return tune_per_channel(candidates, clips) if per_channel else tune(candidates, clips)
+    return _tune(candidates, clips, per_channel)

@@ -17,7 +17,6 @@ from mocaplab.blend_lesson import BlendLesson
 from mocaplab.checkpoints import Checkpoint
 from mocaplab.corruption import corrupt
 from mocaplab.datasets import clip_digest
-from mocaplab.filters import tune_gaussian
 from mocaplab.layers import seeded
 from mocaplab.lessons import Lesson, WindowLesson
 from mocaplab.motion import BoolArray, Motion, moving_channels
@@ -33,6 +32,7 @@ from mocaplab.parallel import (
 from mocaplab.recipe_lesson import RecipeLesson
 from mocaplab.train_config import TrainConfig
 from mocaplab.training_state import TrainingState, cosine_decay
+from mocaplab.tuning import tune_gaussian
 
 
 def train(

@@ -1,4 +1,9 @@
-"""Choosing a filter's parameters on training clips, for all channels or for each one."""
+"""Choosing a filter's parameters on training clips, for all channels or for each one.
+
+What a table reports is the RMS error of each clip, averaged over clips. So this is what tuning
+makes small. The sum of all squared errors would be another thing: a few violent clips, such
+as one with a joint that spins, make up most of it, and the others would hardly count.
+"""
 
 from __future__ import annotations
 
@@ -8,8 +13,19 @@ from typing import TypeVar
 
 import numpy as np
 
-from mocaplab.filters import Smoother, squared_errors
-from mocaplab.motion import BoolArray, Corrupted, FloatArray, moving_channels
+from mocaplab.filters import Denoiser, GaussianDenoiser, Smoother
+from mocaplab.gap_filling import lerp_gaps
+from mocaplab.motion import (
+    CONSTANT_STD_DEG,
+    BoolArray,
+    Corrupted,
+    FloatArray,
+    Motion,
+    moving_channels,
+)
+
+SIGMA_GRID_S = np.append(0.0, np.geomspace(0.001, 0.25, 49).round(4))
+"""The widths that tuning of a Gaussian tries, in seconds. 0 is no smoothing at all."""
 
 AnySmoother = TypeVar("AnySmoother", bound=Smoother)
 
@@ -27,12 +43,26 @@ def lowest_fps(clips: Sequence[Corrupted]) -> float:
     return min(clip.observed.fps for clip in clips)
 
 
-def total_errors(candidates: Sequence[Smoother], clips: Sequence[Corrupted]) -> FloatArray:
-    """Add up the squared errors of each candidate over clips, moving channels only.
+def squared_errors(candidates: Sequence[Smoother], clip: Corrupted) -> FloatArray:
+    """Score smoothers on a clip whose truth is known.
 
     Returns
     -------
-    array, shape (number of candidates, C), squared degrees; 0 where a channel never moves
+    array, shape (number of candidates, C), squared degrees, the mean over frames; 0 where the
+    clean channel does not move, as for the root: there cleaning changes nothing
+    """
+    filled, clean = lerp_gaps(clip.observed), clip.clean.channels
+    smoothed = (s.smooth(filled.channels, clip.mask, filled.frame_time) for s in candidates)
+    errors = [np.mean((values - clean) ** 2, axis=0) for values in smoothed]
+    return np.where(moving_channels(clip.clean), errors, 0.0)
+
+
+def error_table(candidates: Sequence[Smoother], clips: Sequence[Corrupted]) -> FloatArray:
+    """Score smoothers on all clips; see :func:`squared_errors`.
+
+    Returns
+    -------
+    array, shape (clips, candidates, C), squared degrees
 
     Raises
     ------
@@ -41,7 +71,7 @@ def total_errors(candidates: Sequence[Smoother], clips: Sequence[Corrupted]) -> 
     """
     lowest_fps(clips)
     if not candidates:
-        raise ValueError("tuning needs at least one candidate; the frame rate may be too low")
+        raise ValueError("tuning needs at least one candidate")
     labels = clips[0].clean.skeleton.channel_labels
     for clip in clips:
         if clip.clean.skeleton.channel_labels != labels:
@@ -49,21 +79,69 @@ def total_errors(candidates: Sequence[Smoother], clips: Sequence[Corrupted]) -> 
                 f"training clips need the same channels, got {len(labels)} in "
                 f"{clips[0].clean.name!r} and other ones in {clip.clean.name!r}"
             )
-    total = np.zeros((len(candidates), len(labels)))
-    for clip in clips:
-        total += np.where(moving_channels(clip.clean), squared_errors(candidates, clip), 0.0)
-    return total
+    return np.array([squared_errors(candidates, clip) for clip in clips])
+
+
+def best_for_all(errors: FloatArray) -> int:
+    """Choose the candidate with the smallest RMS error, averaged over clips.
+
+    Parameters
+    ----------
+    errors : array, shape (clips, candidates, C), see :func:`error_table`
+
+    Returns
+    -------
+    int, the place of the candidate; the first one of several equals
+    """
+    rms = np.sqrt(errors.sum(axis=2))  # times a constant: every clip has the same channels
+    return int(np.argmin(rms.mean(axis=0)))
+
+
+def best_for_each(errors: FloatArray) -> np.ndarray:
+    """Choose a candidate for each channel, again for a small mean RMS over clips.
+
+    The root of a sum is no sum over channels, so the channels cannot be chosen one by one. But
+    near a value s0 the root is almost its tangent, sqrt(s) = sqrt(s0) + (s - s0) / (2 sqrt(s0)),
+    and that is a sum. So the squared errors of a clip are divided by its RMS with the best
+    single candidate and then added up over clips. The root lies below its tangent: the
+    choice is never worse than the single candidate, on these clips.
+
+    Parameters
+    ----------
+    errors : array, shape (clips, candidates, C), see :func:`error_table`
+
+    Returns
+    -------
+    array, shape (C,), int
+        The place of the candidate of each channel; that of :func:`best_for_all` where the
+        channel never moves.
+    """
+    single = best_for_all(errors)
+    rms = np.sqrt(errors[:, single].sum(axis=1))
+    weights = 1 / np.maximum(rms, CONSTANT_STD_DEG)  # a clip without any error has no say
+    total = np.tensordot(weights, errors, axes=1)  # (candidates, C)
+    return np.where(np.ptp(total, axis=0) > 0, np.argmin(total, axis=0), single)
 
 
 def tune(candidates: Sequence[AnySmoother], clips: Sequence[Corrupted]) -> AnySmoother:
-    """Return the candidate with the smallest squared error on training clips.
+    """Return the candidate with the smallest mean RMS error over training clips.
 
     Parameters
     ----------
     candidates : list of smoothers
     clips : Corrupted clips of one skeleton; never test clips
     """
-    return candidates[int(np.argmin(total_errors(candidates, clips).sum(axis=1)))]
+    return candidates[best_for_all(error_table(candidates, clips))]
+
+
+def mean_rms(denoiser: Denoiser, clips: Sequence[Corrupted]) -> float:
+    """Return what tuning makes small for any denoiser: its RMS error, averaged over clips.
+
+    It is over all channels of the file, so only good for comparing denoisers with each other.
+    """
+    cleaned = [denoiser.denoise(clip.observed, clip.mask).channels for clip in clips]
+    errors = [x - clip.clean.channels for x, clip in zip(cleaned, clips, strict=True)]
+    return float(np.mean([np.sqrt(np.mean(error**2)) for error in errors]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,16 +172,40 @@ class PerChannel(Smoother):
 
 
 def tune_per_channel(candidates: Sequence[Smoother], clips: Sequence[Corrupted]) -> PerChannel:
-    """Give each channel the candidate with the smallest squared error on training clips.
-
-    A channel that never moves there gets the candidate that is best for all channels.
+    """Give each channel a candidate, tuned on training clips; see :func:`best_for_each`.
 
     Parameters
     ----------
     candidates : list of smoothers with one value for all channels
     clips : Corrupted clips of one skeleton; never test clips
     """
-    error = total_errors(candidates, clips)
-    single = np.argmin(error.sum(axis=1))
-    choice = np.where(np.ptp(error, axis=0) > 0, np.argmin(error, axis=0), single)
+    choice = best_for_each(error_table(candidates, clips))
     return PerChannel(tuple(candidates), tuple(choice.tolist()))
+
+
+def tune_gaussian(clips: Sequence[Corrupted]) -> tuple[float, FloatArray]:
+    """Find Gaussian widths on training clips.
+
+    Parameters
+    ----------
+    clips : Corrupted clips of one skeleton; never test clips
+
+    Returns
+    -------
+    sigma_s : float, seconds
+        The single width with the smallest mean RMS error over clips.
+    sigma_per_channel_s : array, shape (C,), seconds
+        One width a channel (:func:`best_for_each`).
+    """
+    errors = error_table([GaussianDenoiser(sigma_s) for sigma_s in SIGMA_GRID_S], clips)
+    return float(SIGMA_GRID_S[best_for_all(errors)]), SIGMA_GRID_S[best_for_each(errors)]
+
+
+def oracle_gaussian(clip: Corrupted) -> Motion:
+    """Smooth each channel with the width that is best for this very clip.
+
+    This is a bound, not a method: it looks at the clean signal. No Gaussian of fixed width
+    (one of ``SIGMA_GRID_S``) can do better, however its width was found.
+    """
+    _, sigma_per_channel_s = tune_gaussian([clip])
+    return GaussianDenoiser(sigma_per_channel_s).denoise(clip.observed, clip.mask)

@@ -50,6 +50,7 @@ from mocaplab.cosine_windows import (
 )
 from mocaplab.filters import filter_motion, gaussian_filter
 from mocaplab.motion import BoolArray, Corrupted, FloatArray, Motion, Skeleton, moving_channels
+from mocaplab.tuning import mean_rms
 
 PRIOR_WINDOWS = 50.0
 """How many windows of the clip itself weigh as much as all training clips."""
@@ -215,7 +216,7 @@ def fit_wiener(clips: Sequence[Corrupted]) -> WienerDenoiser:
     if set_aside and moment.any():
         tests = at_most(set_aside, 5)
         candidates = [WienerDenoiser(skeleton, _covariance(moment, s)) for s in SHRINKAGES]
-        errors = [sum(_square_error(c, clip) for clip in tests) for c in candidates]
+        errors = [mean_rms(candidate, tests) for candidate in candidates]
         shrinkage = SHRINKAGES[int(np.argmin(errors))]
     return WienerDenoiser(skeleton, _covariance(moment + rest, shrinkage))
 
@@ -250,8 +251,3 @@ def _covariance(moment: FloatArray, shrinkage: float) -> FloatArray:
     each = np.arange(n)
     covariance[each, :, each] = own
     return covariance
-
-
-def _square_error(denoiser: WienerDenoiser, clip: Corrupted) -> float:
-    cleaned = denoiser.denoise(clip.observed, clip.mask)
-    return float(np.sum((cleaned.channels - clip.clean.channels) ** 2))

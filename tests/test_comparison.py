@@ -21,10 +21,11 @@ from mocaplab.comparison import (
 from mocaplab.corruption import corrupt
 from mocaplab.datasets import Dataset, clip_digest
 from mocaplab.draws import draw_seed, draw_test, draw_training
-from mocaplab.filters import GaussianDenoiser, oracle_gaussian, tune_gaussian
+from mocaplab.filters import GaussianDenoiser
 from mocaplab.measures import MEASURES, rms_all_deg
 from mocaplab.methods import METHODS, Method
 from mocaplab.splits import Split
+from mocaplab.tuning import oracle_gaussian, tune_gaussian
 
 RMS = ("rms_all_deg", "rms_moving_deg")
 

@@ -15,8 +15,9 @@ from mocaplab.example_based import (
     lorentzian_weight,
     robust_projection,
 )
-from mocaplab.filters import GaussianDenoiser, gaussian_filter, tune_gaussian
+from mocaplab.filters import GaussianDenoiser, gaussian_filter
 from mocaplab.motion import Corrupted, Motion, moving_channels
+from mocaplab.tuning import tune_gaussian
 
 
 def spoil(motion, recipe="angular:0.5", seed=0):

@@ -6,13 +6,9 @@ from scipy.ndimage import gaussian_filter1d
 
 from mocaplab.corruption import corrupt
 from mocaplab.filters import (
-    SIGMA_GRID_S,
     GaussianDenoiser,
     Untouched,
     gaussian_filter,
-    oracle_gaussian,
-    squared_errors,
-    tune_gaussian,
 )
 from mocaplab.motion import moving_channels
 
@@ -72,41 +68,6 @@ def test_denoiser_returns_root_and_still_channels_exactly(walk):
     cleaned = GaussianDenoiser(0.05).denoise(walk, np.ones(walk.channels.shape, dtype=bool))
     still = ~moving_channels(walk)
     np.testing.assert_array_equal(cleaned.channels[:, still], walk.channels[:, still])
-
-
-def test_tuning_finds_the_best_width_on_the_grid(walk):
-    clip = corrupt(walk, "angular:0.5", rng=np.random.default_rng(0))
-    single, per_channel = tune_gaussian([clip])
-
-    def error(sigma):
-        smooth = gaussian_filter(clip.observed.channels, sigma, walk.frame_time)
-        return np.sum((smooth - clip.clean.channels) ** 2)
-
-    errors = [error(s) for s in SIGMA_GRID_S]
-    assert single == SIGMA_GRID_S[np.argmin(errors)]
-    assert error(per_channel) <= min(errors) + 1e-9
-    with pytest.raises(ValueError, match="at least one"):
-        tune_gaussian([])
-
-
-def test_tuning_does_not_look_at_the_root(walk):
-    trembling = walk.channels.copy()
-    trembling[::2, :3] += 100.0  # which any smoothing would make worse
-    clips = [
-        corrupt(motion, "angular:0.5", rng=np.random.default_rng(0))
-        for motion in (walk, walk.with_channels(trembling))
-    ]
-    assert tune_gaussian(clips[1:])[0] == tune_gaussian(clips[:1])[0]
-
-
-def test_no_gaussian_beats_the_one_that_sees_the_truth(walk):
-    clip = corrupt(walk, "angular:0.5", rng=np.random.default_rng(0))
-    moves = moving_channels(walk)
-    bound = np.sum((oracle_gaussian(clip).channels - clip.clean.channels) ** 2, axis=0)
-    candidates = [GaussianDenoiser(sigma) for sigma in SIGMA_GRID_S]
-    best = squared_errors(candidates, clip).min(axis=0)
-    # Not exactly: the common window reaches further than 4 sigma of the narrow filters.
-    np.testing.assert_allclose(bound[moves], best[moves], rtol=1e-3)
 
 
 def test_untouched_only_fills_gaps(walk):

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from mocaplab.corruption import corrupt
+from mocaplab.cosine_windows import estimate_noise_std
+from mocaplab.filters import Untouched
 from mocaplab.kalman import (
     JERK_GRID,
     START_VARIANCE,
@@ -74,24 +76,41 @@ def test_bridges_a_gap_with_the_movement_around_it():
     assert abs(bridged[60, 0] - clean[60, 0]) < 0.1 * abs(line - clean[60, 0])
 
 
-def test_what_was_filled_in_a_gap_does_not_matter(walk):
-    clip = corrupt(walk, "angular:0.5+gaps:0.005", rng=np.random.default_rng(0))
-    filled = np.where(clip.mask, clip.observed.channels, 0.0)
-    other = np.where(clip.mask, clip.observed.channels, 99.0)
-    smoother = KalmanSmoother(1e7)
-    np.testing.assert_array_equal(
-        smoother.smooth(filled, clip.mask, DT), smoother.smooth(other, clip.mask, DT)
-    )
+def test_long_gaps_are_no_worse_than_straight_lines(walk):
+    clip = corrupt(walk, "angular:0.1", rng=np.random.default_rng(0))
+    column = walk.skeleton.channel_index("LeftLeg.Xrotation")
+    holed = clip.observed.channels.copy()
+    holed[200:320, column] = np.nan  # a second
+    mask = ~np.isnan(holed)
+    observed = clip.observed.with_channels(holed)
+    hidden = clip.clean.channels[~mask]
+
+    def error(cleaned):
+        return np.sqrt(np.mean((cleaned.channels[~mask] - hidden) ** 2))
+
+    over_lines = error(KalmanSmoother(1e9).denoise(observed, mask))
+    assert over_lines < 1.02 * error(Untouched().denoise(observed, mask))
+    variance = estimate_noise_std(holed[:, [column]], mask[:, [column]]) ** 2
+    bridged = kalman_smooth(holed[:, [column]], 1e9, variance, DT)[200:320, 0]
+    assert np.sqrt(np.mean((bridged - hidden) ** 2)) > 1.5 * over_lines
 
 
-def test_a_gap_at_an_end_holds_the_nearest_smoothed_value():
-    values = np.random.default_rng(0).normal(size=(200, 2)).cumsum(axis=0)
-    mask = np.ones(values.shape, dtype=bool)
-    mask[:30, 0] = mask[-120:, 0] = mask[:, 1] = False
-    held = KalmanSmoother(1e7).smooth(values, mask, DT)
-    np.testing.assert_array_equal(held[:30, 0], held[30, 0])
-    np.testing.assert_array_equal(held[-120:, 0], held[79, 0])
-    np.testing.assert_array_equal(held[:, 1], values[:, 1])  # never observed: as it was filled
+def test_what_was_filled_says_nothing_about_the_noise(walk):
+    clip = corrupt(walk, "angular:0.5", rng=np.random.default_rng(0))
+    mask = np.ones(walk.channels.shape, dtype=bool)
+    mask[100:200] = False
+    values = clip.observed.channels.copy()
+    values[100:200] = values[99]
+    plain = KalmanSmoother(1e7).smooth(values, mask, DT)
+    told = kalman_smooth(values, 1e7, np.maximum(estimate_noise_std(values, mask), 1e-3) ** 2, DT)
+    np.testing.assert_array_equal(plain, told)
+    assert np.abs(plain - KalmanSmoother(1e7).smooth(values, np.ones_like(mask), DT)).max() > 0.1
+
+
+def test_the_largest_density_of_the_grid_smooths_nothing():
+    values = np.random.default_rng(0).normal(size=(300, 2)) * [1.0, 5.0]
+    change = np.sqrt(np.mean((smooth(JERK_GRID[-1], values) - values) ** 2, axis=0))
+    assert (change < [0.02, 0.1]).all()  # 2 percent
 
 
 def test_a_noisier_clip_is_smoothed_more():

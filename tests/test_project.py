@@ -62,7 +62,6 @@ LAYERS = [
     ],
     [
         "checkpoints",
-        "example_based",
         "fusion_baselines",
         "gap_lowrank",
         "gap_pca",
@@ -78,12 +77,12 @@ LAYERS = [
         "streaming_angles",
         "streaming_filters",
         "tuning",
-        "wiener",
     ],
     [
         "angle_measures",
         "capture_faults",
         "doctor",
+        "example_based",
         "inverse_kinematics",
         "kalman",
         "movement",
@@ -96,6 +95,7 @@ LAYERS = [
         "streaming",
         "training_state",
         "widgets",
+        "wiener",
     ],
     [
         "batches",

@@ -9,8 +9,9 @@ from scipy.fft import dct
 from mocaplab import wiener
 from mocaplab.corruption import corrupt
 from mocaplab.cosine_windows import CosineWindows, estimate_noise_std
-from mocaplab.filters import GaussianDenoiser, gaussian_filter, tune_gaussian
+from mocaplab.filters import GaussianDenoiser, gaussian_filter
 from mocaplab.motion import Corrupted, Motion, moving_channels
+from mocaplab.tuning import tune_gaussian
 from mocaplab.wiener import (
     WienerDenoiser,
     fit_wiener,
@@ -177,11 +178,11 @@ def test_refuses_another_skeleton_and_empty_training(denoiser, small_motion):
 def test_shrinkage_is_chosen_on_training_clips_only(walks, monkeypatch):
     seen = []
 
-    def record(denoiser, clip):
-        seen.append(clip.clean.name)
+    def record(denoiser, clips):
+        seen.extend(clip.clean.name for clip in clips)
         return len(seen)
 
-    monkeypatch.setattr(wiener, "_square_error", record)
+    monkeypatch.setattr(wiener, "mean_rms", record)
     clips = [spoil(w.slice_frames(0, 60)) for w in walks]
     assert isinstance(fit_wiener(clips), WienerDenoiser)
     assert set(seen) == {walks[2].name}  # clips 2, 7, 12 ... test; the others train

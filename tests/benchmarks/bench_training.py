@@ -25,14 +25,15 @@ from mocaplab.networks import EBFConfig, build_network
 from mocaplab.train_config import TrainConfig
 
 
-def cpu_seconds(task: Callable[[], object], repeats: int) -> float:
-    task()
-    seconds = []
-    for _ in range(repeats):
-        start = time.process_time()
-        task()
-        seconds.append(time.process_time() - start)
-    return statistics.median(seconds)
+def cpu_seconds(tasks: dict[str, Callable[[], object]], repeats: int) -> dict[str, float]:
+    """Median of each task; they take turns, so that a busy minute falls on all of them."""
+    seconds: dict[str, list[float]] = {name: [] for name in tasks}
+    for _ in range(repeats + 1):
+        for name, task in tasks.items():
+            start = time.process_time()
+            task()
+            seconds[name].append(time.process_time() - start)
+    return {name: statistics.median(values[1:]) for name, values in seconds.items()}
 
 
 def main() -> None:
@@ -66,14 +67,15 @@ def main() -> None:
     left = torch.randn(n_frames, inputs + 2 * n_hidden)
     right = torch.randn(inputs + 2 * n_hidden, 2 * 4 * n_hidden)
 
-    seconds = {
-        "step": cpu_seconds(step, repeats),
-        "lstm": cpu_seconds(lambda: lstm(code)[0].square().mean().backward(), repeats),
-        "filter": cpu_seconds(
-            lambda: adaptive_gaussian(pose, sigma).square().mean().backward(), repeats
-        ),
-        "product": 3 * cpu_seconds(lambda: left @ right, repeats),
-    }
+    seconds = cpu_seconds(
+        {
+            "step": step,
+            "lstm": lambda: lstm(code)[0].square().mean().backward(),
+            "filter": lambda: adaptive_gaussian(pose, sigma).square().mean().backward(),
+            "product": lambda: [left @ right for _ in range(3)],
+        },
+        repeats,
+    )
     print(f"{n_frames} frames a step, {network.config.n_channels} channels, one core")
     print(f"step / LSTM            {seconds['step'] / seconds['lstm']:.2f}")
     print(f"filter / LSTM          {seconds['filter'] / seconds['lstm']:.2f}")

@@ -9,10 +9,10 @@ PORT   ?= 8888
 ROOT   := $(if $(filter 0,$(shell id -u 2>/dev/null)),--allow-root)
 
 .DEFAULT_GOAL := help
-.PHONY: help lab test check format weights notebooks clean
+.PHONY: help lab test check format weights notebooks assignments clean
 
 help:  ## show this list
-	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-9s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-11s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 # torch first: pip takes a CPU build where it knows one. Otherwise uv, which
 # knows where the CPU builds are kept, installs it.
@@ -66,6 +66,9 @@ notebooks: $(BIN)/.dev  ## run the notebooks and store them with their outputs
 	$(BIN)/python -m data_tools.draw_cleaning -o notebooks/images/cleaning.png
 	$(BIN)/python -m data_tools.draw_bvh_kinematics -o notebooks/images/bvh_kinematics.png
 	$(BIN)/python -m data_tools.run_notebooks
+
+assignments: $(BIN)/.dev  ## make the editions of the graded assignments, and try the grading
+	$(BIN)/python -m data_tools.assignments
 
 clean:  ## remove .venv and caches
 	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .hypothesis

@@ -30,7 +30,7 @@ def as_array(answer: Any) -> FloatArray | None:
         return None
     try:
         return np.asarray(list(answer) if np.iterable(answer) else answer, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError, RuntimeError):  # the last: torch's tensors
         return None
 
 

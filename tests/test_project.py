@@ -117,6 +117,7 @@ LAYERS = [
     ["draws", "evaluation", "exercises", "training"],
     [
         "exercises_bvh",
+        "exercises_ebf",
         "exercises_noise",
         "exercises_smoothing",
         "grading_contest",
@@ -136,6 +137,7 @@ USES_TORCH = {
     "checkpoints",
     "cleaning",
     "estimate_bank",
+    "exercises_ebf",
     "fusion",
     "layers",
     "lessons",

@@ -1,24 +1,22 @@
 """A 3D skeleton player for notebooks, which also plays in saved pages.
 
 The drawing is done in the browser, by ``static/player.js``; this file prepares the
-positions and keeps the frame, the speed and the playing state in step with Python.
+positions and keeps the frame, the speed and the playing state in step with Python. The lab
+of sliders and curves is in :mod:`mocaplab.lab`.
 """
 
 from __future__ import annotations
 
 import base64
-import hashlib
 import html
-import json
-import zlib
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from mocaplab.kinematics import end_site_positions, forward_kinematics
-from mocaplab.motion import FloatArray, Motion
+from mocaplab.motion import Motion
+from mocaplab.packing import javascript, page_html
+from mocaplab.player_data import body_points, player_data
 
 try:
     import anywidget
@@ -30,9 +28,10 @@ except ImportError as error:
     ) from error
 
 MAX_MOTIONS = 4
-MAX_DISPLAY_FPS = 60
 _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7")  # Okabe and Ito; as in player.js
-_JAVASCRIPT = Path(__file__).with_name("static").joinpath("player.js").read_text("utf-8")
+PLAYER_FILES = ("common", "charts", "player")
+"""The files of ``static/`` that the player is made of, in this order."""
+_JAVASCRIPT = javascript(*PLAYER_FILES)
 
 
 class SkeletonPlayer(anywidget.AnyWidget):
@@ -46,6 +45,9 @@ class SkeletonPlayer(anywidget.AnyWidget):
     playing : bool
     speed : float
         1 is real time. The player offers 0.25, 0.5, 1 and 2.
+    picked : str
+        The joint that the reader clicked; its height over time shows below the picture,
+        and its trail, if trails are on. Empty for none.
     labels : tuple of str
     n_frames : int
         Frames of the longest motion.
@@ -55,41 +57,20 @@ class SkeletonPlayer(anywidget.AnyWidget):
         No coordinate on the screen is further than this from forward kinematics.
     """
 
-    _esm = _JAVASCRIPT
+    _esm = _JAVASCRIPT + "\nexport default { render };"
     _meta = traitlets.Dict().tag(sync=True)
     _packed = traitlets.Bytes().tag(sync=True)
     frame = traitlets.Int(0).tag(sync=True)
     playing = traitlets.Bool(False).tag(sync=True)
     speed = traitlets.Float(1.0, min=0.01, max=100.0).tag(sync=True)
+    picked = traitlets.Unicode("").tag(sync=True)
 
     def __init__(self, motions: tuple[Motion, ...], labels: tuple[str, ...], height: int) -> None:
         self.labels = labels
-        self.n_frames = max(motion.n_frames for motion in motions)
-        # The small allowance keeps 60.0006 fps, a rounded frame time, at every frame.
-        self.step = int(np.ceil(motions[0].fps / MAX_DISPLAY_FPS - 1e-3))
-        self._positions = [_positions(motion)[:: self.step] for motion in motions]
-        steps, origin, unit = _quantise(self._positions)
-        self.precision = unit / 2
-        meta = {
-            "frames": self.n_frames,
-            "step": self.step,
-            "frame_time": motions[0].frame_time,
-            "height": height,
-            "scale": unit,
-            "origin": origin.tolist(),
-            **_scene(self._positions[0]),
-            "motions": [
-                {
-                    "label": label,
-                    "frames": len(values),
-                    "points": values.shape[1],
-                    "joints": motion.skeleton.n_joints,
-                    "bones": _bones(motion),
-                }
-                for motion, label, values in zip(motions, labels, steps, strict=True)
-            ],
-        }
-        super().__init__(_meta=meta, _packed=_pack(steps))
+        self._motions = motions
+        meta, packed = player_data(motions, labels, height)
+        self.n_frames, self.step, self.precision = meta["frames"], meta["step"], meta["scale"] / 2
+        super().__init__(_meta=meta, _packed=packed)
 
     @traitlets.validate("frame")
     def _check_frame(self, proposal: Any) -> int:
@@ -99,6 +80,13 @@ class SkeletonPlayer(anywidget.AnyWidget):
                 f"frame must lie between 0 and {self.n_frames - 1}, got {frame}"
             )
         return frame
+
+    @traitlets.validate("picked")
+    def _check_picked(self, proposal: Any) -> str:
+        name = str(proposal["value"])
+        if name and not any(name in motion.skeleton.joint_names for motion in self._motions):
+            raise traitlets.TraitError(f"picked must be the name of a joint or '', got {name!r}")
+        return name
 
     def __repr__(self) -> str:
         n = len(self.labels)
@@ -110,29 +98,22 @@ class SkeletonPlayer(anywidget.AnyWidget):
         The same motions, labels and height give the same text. Where scripts may not
         run (a notebook that is not trusted yet), a row of still poses shows instead.
         """
-        meta = json.dumps(self._meta).replace("<", "\\u003c")  # no label ends the script
-        content = (meta + _JAVASCRIPT).encode() + self._packed
-        name = "mocaplab-player-" + hashlib.sha256(content).hexdigest()[:16]
-        data = base64.b64encode(self._packed).decode()
-        return (
-            f'<div class="{name}">{self._still_html()}</div>\n'
-            f'<script type="module">\n{_JAVASCRIPT}\n'
-            f'mountAll("{name}", {meta}, "{data}");\n</script>'
+        return page_html(
+            "player", PLAYER_FILES, "mountAll", self._meta, [self._packed], self._still_html()
         )
 
     def _still_html(self) -> str:
         """Draw five poses of every motion as a picture that needs no script."""
         size = self._meta["size"]
+        positions = [body_points(motion)[:: self.step] for motion in self._motions]
         width, height = 500, 130
         scale = 0.8 * height / size
         paths = []
-        for values, motion, colour in zip(
-            self._positions, self._meta["motions"], _COLOURS, strict=False
-        ):
+        for values, motion, colour in zip(positions, self._meta["motions"], _COLOURS, strict=False):
             bones = np.array(motion["bones"]).reshape(-1, 2)
-            for i, frame in enumerate(np.linspace(0, len(self._positions[0]) - 1, 5).astype(int)):
+            for i, frame in enumerate(np.linspace(0, len(positions[0]) - 1, 5).astype(int)):
                 pose = values[min(frame, len(values) - 1)]
-                root = self._positions[0][frame, 0]
+                root = positions[0][frame, 0]
                 x = width * (i + 0.5) / 5 + scale * ((pose - root) @ (0.76, 0.0, -0.64))
                 y = height / 2 - scale * (pose[:, 1] - self._meta["middle"])
                 d = "".join(f"M{x[a]:.0f} {y[a]:.0f}L{x[b]:.0f} {y[b]:.0f}" for a, b in bones)
@@ -210,43 +191,3 @@ def play(
     if height < 100:
         raise ValueError(f"expected a height of at least 100 pixels, got {height}")
     return SkeletonPlayer(motions, tuple(map(str, labels)), int(height))
-
-
-def _positions(motion: Motion) -> FloatArray:
-    """Joints, then End Sites, shape (T, J + E, 3), file length units."""
-    return np.concatenate([forward_kinematics(motion)[0], end_site_positions(motion)], axis=1)
-
-
-def _bones(motion: Motion) -> list[list[int]]:
-    """List the pairs of points that a line joins; End Site e is point J + e."""
-    n_joints = motion.skeleton.n_joints
-    pairs = list(enumerate(motion.skeleton.parents.tolist()))[1:]
-    pairs += enumerate(motion.skeleton.end_site_parents.tolist(), start=n_joints)
-    return [[parent, child] for child, parent in pairs]
-
-
-def _scene(positions: FloatArray) -> dict[str, float]:
-    """Where the ground is, how large a figure is, and a round width for the grid's cells."""
-    lowest, highest = positions[..., 1].min(axis=1), positions[..., 1].max(axis=1)
-    reach = np.linalg.norm((positions - positions[:, :1])[..., [0, 2]], axis=-1).max(axis=1)
-    # Percentiles: one frame of noise must not sink the floor, nor a jump raise it.
-    ground, top = float(np.percentile(lowest, 5)), float(np.percentile(highest, 95))
-    size = max(top - ground, 2 * float(np.percentile(reach, 90))) or 1.0
-    power = 10.0 ** np.floor(np.log10(size / 4))
-    cell = max(factor * power for factor in (1, 2, 5) if factor * power <= size / 4)
-    return {"ground": ground, "middle": (ground + top) / 2, "size": size, "cell": float(cell)}
-
-
-def _quantise(positions: list[FloatArray]) -> tuple[list[np.ndarray], FloatArray, float]:
-    """Round positions to 16-bit steps: returns steps (T, P, 3), origin (3,) and unit."""
-    points = np.concatenate([values.reshape(-1, 3) for values in positions])
-    origin = (points.min(axis=0) + points.max(axis=0)) / 2
-    unit = float(np.abs(points - origin).max() / 32767) or 1.0
-    return [np.rint((v - origin) / unit).astype(np.int16) for v in positions], origin, unit
-
-
-def _pack(steps: list[np.ndarray]) -> bytes:
-    """Differences from frame to frame, low bytes, then high bytes, zlib."""
-    differences = [np.diff(v, axis=0, prepend=np.zeros_like(v[:1])).ravel() for v in steps]
-    planes = np.concatenate(differences).astype("<i2").view(np.uint8).reshape(-1, 2).T
-    return zlib.compress(planes.tobytes(), 9)

@@ -9,7 +9,6 @@ import json
 import re
 import subprocess
 import sys
-import zlib
 from html.parser import HTMLParser
 
 import numpy as np
@@ -20,6 +19,7 @@ from mocaplab.motion import Motion, Skeleton
 
 pytest.importorskip("anywidget", reason="the player needs pip install 'mocaplab[lab]'")
 import traitlets
+from unpack import unpack_steps
 
 from mocaplab.widgets import SkeletonPlayer, play
 
@@ -53,19 +53,9 @@ def noisy(motion: Motion, seed: int = 0) -> Motion:
 
 
 def decode(meta: dict, packed: bytes) -> list[np.ndarray]:
-    """Undo the packing as player.js does, written apart from the library."""
-    planes = np.frombuffer(zlib.decompress(packed), dtype=np.uint8).astype(np.uint16)
-    low, high = planes.reshape(2, -1)
-    differences = (low | high << 8).astype(np.uint16).view(np.int16)
-    positions, start = [], 0
-    for motion in meta["motions"]:
-        shape = motion["frames"], motion["points"], 3
-        part = differences[start : start + np.prod(shape)].reshape(shape)
-        start += part.size
-        steps = np.cumsum(part.astype(np.int64), axis=0).astype(np.int16)  # wraps
-        positions.append(steps * meta["scale"] + np.array(meta["origin"]))
-    assert start == differences.size
-    return positions
+    shapes = [(motion["frames"], motion["points"], 3) for motion in meta["motions"]]
+    steps = unpack_steps(packed, shapes, np.int16)
+    return [values * meta["scale"] + np.array(meta["origin"]) for values in steps]
 
 
 def all_points(motion: Motion) -> np.ndarray:
@@ -103,6 +93,16 @@ def test_playing_and_speed():
         player.speed = speed
     with pytest.raises(traitlets.TraitError):
         player.speed = 0.0
+
+
+def test_a_joint_can_be_picked():
+    player = play(swing())
+    player.set_state({"picked": "Ankle"})
+    assert player.picked == "Ankle"
+    player.picked = ""
+    with pytest.raises(traitlets.TraitError, match="name of a joint or '', got 'Elbow'"):
+        player.picked = "Elbow"
+    assert player._meta["motions"][0]["names"] == ["Hips", "Knee", "Ankle", "Neck"]
 
 
 def test_what_the_browser_sends_reaches_python():

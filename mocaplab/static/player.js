@@ -1,33 +1,16 @@
-// The skeleton player: one plain ES module that fetches nothing.
+// The skeleton player.
 //
-// mount(element, data) builds the player. It is used twice: by render(), which a
-// notebook with a running kernel calls, and by mountAll(), which a saved page calls.
+// mount(element, data) builds it. It is used by render(), which a notebook with a running
+// kernel calls, by mountAll(), which a saved page calls, and by the lab.
 // World axes as in BVH files: Y is up. Lengths are in file units until project().
 
-const CSS = `
-.mocaplab-player { color: var(--jp-ui-font-color1, #222); background: var(--jp-layout-color0, #fff);
-  border: 1px solid var(--jp-border-color2, #ccc); border-radius: 4px; box-sizing: border-box;
-  font: 13px/1.4 var(--jp-ui-font-family, system-ui, sans-serif); width: 100%; max-width: 1000px; }
-.mocaplab-player canvas { display: block; width: 100%; touch-action: none; cursor: grab; }
-.mocaplab-player canvas:active { cursor: grabbing; }
-.mocaplab-player .bar { display: flex; flex-wrap: wrap; gap: 6px 10px; align-items: center;
-  padding: 6px 10px; border-top: 1px solid var(--jp-border-color2, #ccc); }
+const PLAYER_CSS = `
+.mocaplab-player canvas.view { touch-action: none; cursor: grab; }
+.mocaplab-player canvas.view:active { cursor: grabbing; }
+.mocaplab-player .bar { border-top: 1px solid var(--jp-border-color2, #ccc); }
 .mocaplab-player .bar.legend { border-top: 0; border-bottom: 1px solid var(--jp-border-color2, #ccc); }
-.mocaplab-player .together { display: inline-flex; gap: 6px; }
-.mocaplab-player select { width: auto; }
-.mocaplab-player .bar label { display: inline-flex; gap: 5px; align-items: center; margin: 0; }
-.mocaplab-player .swatch { display: inline-block; width: 22px; height: 5px; border-radius: 3px; }
-.mocaplab-player .hint { margin-left: auto; color: var(--jp-ui-font-color2, #595959); font-size: 12px; }
-.mocaplab-player button, .mocaplab-player select { font: inherit; color: inherit; cursor: pointer;
-  background: var(--jp-layout-color2, #eee); border: 1px solid var(--jp-border-color1, #bbb);
-  border-radius: 3px; padding: 2px 9px; min-height: 26px; margin: 0; }
+.mocaplab-player .hint { margin-left: auto; }
 .mocaplab-player button.play { min-width: 62px; font-weight: 600; }
-.mocaplab-player input[type=range] { flex: 1 1 160px; min-width: 90px; margin: 0;
-  accent-color: var(--jp-brand-color1, #1565c0); }
-.mocaplab-player input[type=checkbox] { margin: 0; }
-.mocaplab-player output { font-variant-numeric: tabular-nums; white-space: nowrap; }
-.mocaplab-player :is(button, select, input, canvas):focus-visible {
-  outline: 2px solid var(--jp-brand-color1, #1565c0); outline-offset: 1px; }
 `;
 
 // Okabe and Ito's colours; the blue is lighter where the background is dark.
@@ -36,43 +19,31 @@ const ON_DARK = ["#56B4E9", "#E69F00", "#009E73", "#CC79A7"];
 const HOME = { yaw: 0.7, pitch: 0.22, zoom: 1 };
 const SPEEDS = [0.25, 0.5, 1, 2];
 const GRID_CELLS = 10; // on each side of the figure
+const HELP = "drag: turn; click a joint: its curve; wheel after a click: zoom";
+const TRAIL_S = 1;
+const CLICK_PX = 4; // a pointer that moves further has turned the view
+const REACH_PX = 16; // how far from a joint a click still picks it
 
-/** Unpack what widgets.py packed: zlib, byte planes, differences from frame to frame. */
+/** Turn what widgets.py packed into positions. */
 async function unpack(meta, bytes) {
-  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
-  const planes = new Uint8Array(await new Response(stream).arrayBuffer());
-  const half = planes.length / 2;
-  const values = new Int16Array(half);
-  for (let i = 0; i < half; i++) values[i] = planes[i] | (planes[half + i] << 8);
-  let start = 0;
-  const positions = meta.motions.map(({ frames, points }) => {
-    const width = 3 * points;
-    const part = values.subarray(start, (start += frames * width));
-    for (let i = width; i < part.length; i++) part[i] += part[i - width]; // wraps, as in Python
-    return Float32Array.from(part, (v, i) => v * meta.scale + meta.origin[i % 3]);
-  });
+  const shapes = meta.motions.map(({ frames, points }) => [frames, 3 * points]);
+  const steps = await unpackSteps(bytes, shapes, 2);
+  const positions = steps.map((part) =>
+    Float32Array.from(part, (v, i) => v * meta.scale + meta.origin[i % 3]));
   return { ...meta, positions };
-}
-
-function make(tag, properties = {}, ...children) {
-  const { style, ...rest } = properties;
-  const node = Object.assign(document.createElement(tag), rest);
-  Object.assign(node.style, style);
-  node.append(...children);
-  return node;
 }
 
 /**
  * Build a player inside an element.
  *
- * data: what unpack() returns. onChange({frame | playing | speed}) is told what the
- * reader did. Returns {set(state), remove()}.
+ * data: what unpack() returns. onChange({frame | playing | speed | picked}) is told what
+ * the reader did. view: where it is seen from, which a later player may take over.
+ * Returns {set(state), remove()}.
  */
-export function mount(element, data, onChange = () => {}) {
+export function mount(element, data, onChange = () => {}, view = { ...HOME }) {
   const { step, size, ground } = data;
   const last = Math.ceil(data.frames / step) - 1; // index of the last stored frame
-  const state = { frame: 0, playing: false, speed: 1 };
-  const view = { ...HOME };
+  const state = { frame: 0, playing: false, speed: 1, picked: "" };
   const shown = data.motions.map(() => true);
   let clock = 0; // seconds into the clip
   let drawRequest = 0;
@@ -81,7 +52,9 @@ export function mount(element, data, onChange = () => {}) {
   let toldTime = 0;
 
   // ---- the page elements
-  const canvas = make("canvas", { tabIndex: 0, style: { height: `${data.height}px` } });
+  const canvas = make("canvas", {
+    tabIndex: 0, className: "view", style: { height: `${data.height}px` },
+  });
   canvas.setAttribute("role", "img");
   canvas.setAttribute(
     "aria-label",
@@ -104,28 +77,39 @@ export function mount(element, data, onChange = () => {}) {
     box.onchange = () => ((shown[i] = box.checked), requestDraw());
     return make("label", {}, box, swatches[i], motion.label);
   });
+  const trails = make("input", { type: "checkbox", onchange: () => requestDraw() });
+  const strip = make("canvas", { style: { height: "110px", cursor: "pointer", display: "none" } });
   const root = make(
     "div",
-    { className: "mocaplab-player" },
-    make("style", { textContent: CSS }),
+    { className: "mocaplab-ui mocaplab-player" },
+    make("style", { textContent: BASE_CSS + PLAYER_CSS }),
     make("div", { className: "bar legend" }, ...legend,
-      make("span", { className: "hint", textContent: "drag to turn; click, then wheel to zoom" })),
+      make("span", { className: "hint", textContent: HELP })),
     canvas,
+    strip,
     make("div", { className: "bar" }, play, slider, readout,
       make("label", {}, "speed", speed),
+      make("label", {}, trails, "trails"),
       make("span", { className: "together" },
         button("−", "Zoom out", () => zoomBy(1 / 1.25)),
         button("+", "Zoom in", () => zoomBy(1.25)),
         button("Reset view", "Reset view", resetView))),
   );
   element.replaceChildren(root);
-  const pen = canvas.getContext("2d");
+  let pen = null;
 
   // ---- drawing
   let W = 0;
   let H = 0;
   let target = [0, 0, 0];
   let turn = null; // sines and cosines of the view, and its scale
+
+  /** Point k of motion m; a shorter clip stays in its last pose. */
+  function point(m, k, index) {
+    const { points, frames } = data.motions[m];
+    const start = 3 * (points * Math.min(index, frames - 1) + k);
+    return data.positions[m].subarray(start, start + 3);
+  }
 
   /** World point to canvas pixels, in perspective. */
   function project(x, y, z) {
@@ -172,10 +156,8 @@ export function mount(element, data, onChange = () => {}) {
   }
 
   function drawFigure(m, colour, ink) {
-    const { bones, points, frames, joints } = data.motions[m];
-    // A shorter clip stays in its last pose.
-    const start = 3 * points * Math.min(Math.floor(state.frame / step), frames - 1);
-    const at = (k) => data.positions[m].subarray(start + 3 * k, start + 3 * k + 3);
+    const { bones, points, joints, names } = data.motions[m];
+    const at = (k) => point(m, k, Math.floor(state.frame / step));
     const places = Array.from({ length: points }, (_, k) => project(...at(k)));
     const thick = Math.max(1.5, Math.min(7, (turn.focal / turn.distance) * size * 0.011));
     pen.lineCap = "round";
@@ -199,29 +181,75 @@ export function mount(element, data, onChange = () => {}) {
       pen.arc(x, y, thick, 0, 2 * Math.PI);
     }
     pen.fill();
+    const picked = names.indexOf(state.picked);
+    if (picked >= 0) mark(...places[picked], thick, ink, m === shown.lastIndexOf(true));
     pen.globalAlpha = 1;
+  }
+
+  /** Put a ring around a joint, and its name beside it: once, or names would overlap. */
+  function mark(x, y, thick, ink, named) {
+    pen.strokeStyle = pen.fillStyle = ink;
+    pen.lineWidth = 2;
+    pen.beginPath();
+    pen.arc(x, y, thick + 4, 0, 2 * Math.PI);
+    pen.stroke();
+    pen.font = "12px system-ui, sans-serif";
+    if (named) pen.fillText(state.picked, x + thick + 8, y - 4);
+  }
+
+  /** Draw where the picked joint was in the last second, or the ends of all limbs. */
+  function drawTrails(m, colour) {
+    const { points, joints, names } = data.motions[m];
+    const picked = names.indexOf(state.picked);
+    const ends = Array.from({ length: points - joints }, (_, e) => joints + e);
+    const now = Math.floor(state.frame / step);
+    const first = Math.max(0, now - Math.round(TRAIL_S / (step * data.frame_time)));
+    pen.strokeStyle = colour;
+    pen.globalAlpha = 0.55;
+    pen.lineWidth = 1.5;
+    pen.beginPath();
+    for (const k of picked >= 0 ? [picked] : ends) {
+      for (let i = first; i < now; i++) line(project(...point(m, k, i)), project(...point(m, k, i + 1)));
+    }
+    pen.stroke();
+    pen.globalAlpha = 1;
+  }
+
+  /** Draw how high the picked joint is over time, of every figure that is shown. */
+  function drawStrip(colours) {
+    const found = data.motions.map(({ names }) => names.indexOf(state.picked));
+    const visible = found.map((k, m) => shown[m] && k >= 0);
+    const wanted = data.strip && visible.some(Boolean);
+    strip.style.display = wanted ? "block" : "none";
+    if (!wanted) return;
+    const seconds = Array.from({ length: last + 1 }, (_, i) => i * step * data.frame_time);
+    const heights = found.map((k, m) =>
+      visible[m] ? seconds.map((_, i) => point(m, k, i)[1] - ground) : []);
+    const paper = axes(strip, {
+      x: [0, seconds[last] || 1], y: span(heights),
+      xLabel: "time, s", yLabel: "height, units",
+    });
+    if (!paper) return;
+    heights.forEach((ys, m) => curve(paper, seconds, ys, { colour: colours[m], width: 1.6 }));
+    upright(paper, state.frame * data.frame_time);
+    strip.onclick = ({ offsetX }) => {
+      const share = (offsetX - paper.box.left) / (paper.box.right - paper.box.left);
+      change({ frame: Math.round(Math.min(1, Math.max(0, share)) * last) * step });
+    };
   }
 
   function draw() {
     drawRequest = 0;
-    const ratio = window.devicePixelRatio || 1;
-    [W, H] = [canvas.clientWidth, canvas.clientHeight];
-    if (!W || !H) return; // hidden; the resize observer calls again
-    if (canvas.width !== Math.round(W * ratio) || canvas.height !== Math.round(H * ratio)) {
-      [canvas.width, canvas.height] = [Math.round(W * ratio), Math.round(H * ratio)];
-    }
-    pen.setTransform(ratio, 0, 0, ratio, 0, 0);
-    pen.clearRect(0, 0, W, H);
-
-    const style = getComputedStyle(root);
-    const ink = style.color;
-    const [r, g, b] = style.backgroundColor.match(/[\d.]+/g).map(Number);
-    const colours = 0.3 * r + 0.59 * g + 0.11 * b < 128 ? ON_DARK : ON_LIGHT;
+    const paper = fit(canvas);
+    if (!paper) return; // hidden; called again when that changes
+    ({ pen, width: W, height: H } = paper);
+    const ink = getComputedStyle(root).color;
+    const palette = isDark(root) ? data.dark || ON_DARK : data.light || ON_LIGHT;
+    const colours = palette.map((colour) => colour || ink);
 
     // Follow the root of the first clip along the ground, not its bobbing.
-    const first = data.motions[0];
-    const at = 3 * first.points * Math.min(Math.floor(state.frame / step), first.frames - 1);
-    target = [data.positions[0][at], data.middle, data.positions[0][at + 2]];
+    const [rootX, , rootZ] = point(0, 0, Math.floor(state.frame / step));
+    target = [rootX, data.middle, rootZ];
     const distance = 4 * size;
     turn = {
       cy: Math.cos(view.yaw), sy: Math.sin(view.yaw),
@@ -232,8 +260,10 @@ export function mount(element, data, onChange = () => {}) {
     drawGrid(ink);
     shown.forEach((visible, m) => {
       swatches[m].style.background = colours[m];
+      if (visible && trails.checked) drawTrails(m, colours[m]);
       if (visible) drawFigure(m, colours[m], ink);
     });
+    drawStrip(colours);
   }
 
   function requestDraw() {
@@ -305,11 +335,32 @@ export function mount(element, data, onChange = () => {}) {
     requestDraw();
   }
 
+  /** Pick the joint that is nearest to a place on the canvas; none, if none is near. */
+  function pick(x, y) {
+    let [picked, nearest] = ["", REACH_PX];
+    data.motions.forEach(({ joints, names }, m) => {
+      if (!shown[m]) return;
+      for (let k = 0; k < joints; k++) {
+        const [px, py] = project(...point(m, k, Math.floor(state.frame / step)));
+        const far = Math.hypot(px - x, py - y);
+        if (far < nearest) [picked, nearest] = [names[k], far];
+      }
+    });
+    if (picked !== state.picked) change({ picked });
+  }
+
   // ---- what the reader does
   play.onclick = () => change({ playing: !state.playing });
   slider.oninput = () => change({ frame: Number(slider.value) * step });
   speed.onchange = () => change({ speed: Number(speed.value) });
-  canvas.onpointerdown = (event) => canvas.setPointerCapture(event.pointerId);
+  let pressed = [0, 0];
+  canvas.onpointerdown = (event) => {
+    canvas.setPointerCapture(event.pointerId);
+    pressed = [event.offsetX, event.offsetY];
+  };
+  canvas.onpointerup = ({ offsetX, offsetY }) => {
+    if (Math.hypot(offsetX - pressed[0], offsetY - pressed[1]) < CLICK_PX) pick(offsetX, offsetY);
+  };
   canvas.onpointermove = (event) => {
     if (event.buttons & 1) orbit(-event.movementX * 0.01, event.movementY * 0.01);
   };
@@ -329,24 +380,15 @@ export function mount(element, data, onChange = () => {}) {
     event.preventDefault();
     action();
   };
-  root.addEventListener("keydown", (event) => {
-    // A notebook's single-key shortcuts (arrows, d d, x) must not act on its cells while
-    // the player has the focus. Shift+Enter and the Ctrl shortcuts still do.
-    const forNotebook = event.ctrlKey || event.metaKey || event.altKey || event.key === "Escape";
-    if (!forNotebook && !(event.shiftKey && event.key === "Enter")) event.stopPropagation();
-  });
-
-  const resized = new ResizeObserver(requestDraw);
-  resized.observe(canvas);
-  const rethemed = new MutationObserver(requestDraw);
-  rethemed.observe(document.body, { attributes: true });
+  keepKeys(root);
+  const forget = onNewLook(canvas, requestDraw);
   set({});
   return {
     set,
     remove() {
       cancelAnimationFrame(tickRequest);
-      resized.disconnect();
-      rethemed.disconnect();
+      cancelAnimationFrame(drawRequest);
+      forget();
     },
   };
 }
@@ -354,36 +396,15 @@ export function mount(element, data, onChange = () => {}) {
 /** With a kernel: called by anywidget for every place where the player is displayed. */
 async function render({ model, el }) {
   const data = await unpack(model.get("_meta"), model.get("_packed"));
-  const names = ["frame", "playing", "speed"];
-  // model.set() reports our own changes back, so remember them and take over only news:
-  // setting the frame anew would hold up the clock of a playing clip.
-  const current = {};
-  const player = mount(el, data, (changes) => {
-    Object.assign(current, changes);
-    model.set(changes);
-    model.save_changes();
-  });
-  const take = () => {
-    const news = names.filter((name) => model.get(name) !== current[name]);
-    for (const name of news) current[name] = model.get(name);
-    if (news.length) player.set(Object.fromEntries(news.map((name) => [name, current[name]])));
-  };
-  take();
-  for (const name of names) model.on(`change:${name}`, take);
-  return () => {
-    for (const name of names) model.off(`change:${name}`, take);
-    player.remove();
-  };
+  let tell = () => {};
+  const player = mount(el, data, (changes) => tell(changes));
+  const link = linkModel(model, ["frame", "playing", "speed", "picked"], player.set);
+  tell = link[0];
+  return () => (link[1](), player.remove());
 }
 
 /** Without a kernel: fill every element of a class that has no player yet. */
 export async function mountAll(name, meta, base64) {
-  const bytes = Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
-  const data = await unpack(meta, bytes);
-  for (const element of document.querySelectorAll(`.${name}:not([data-mounted])`)) {
-    element.dataset.mounted = "yes"; // a player shown twice on a page has two elements
-    mount(element, data);
-  }
+  const data = await unpack(meta, bytesOf(base64));
+  for (const element of unfilled(name)) mount(element, data);
 }
-
-export default { render };

@@ -41,7 +41,7 @@ def one_lab(few):
 @pytest.fixture
 def lab(one_lab, few, monkeypatch):
     one_lab.set_scene(clip=few.clips[0].name, noise="angular", amount=0.5, gap_s=0)
-    one_lab.sigma_s, one_lab.look_ahead_s, one_lab.channel = 0.0318, None, KNEE
+    one_lab.sigma_s, one_lab.look_ahead_s, one_lab.channel = 0.0315, None, KNEE
     one_lab.frame = 0
     one_lab.sent = []
     monkeypatch.setattr(one_lab, "send", one_lab.sent.append)
@@ -77,7 +77,7 @@ def test_every_light_control_goes_from_least_to_most(lab):
             lab.set_state({"sigma_s": float(sigma_s), "look_ahead_s": look_ahead_s})
             assert np.isfinite(list(lab.errors_deg(KNEE).values())).all()
     lab.set_state({"sigma_s": 0.032, "look_ahead_s": 0.034})
-    assert lab.sigma_s == 0.0318
+    assert lab.sigma_s == 0.0315
     assert lab.look_ahead_s == 1 / 30
     for _, _, label in lab._meta["channels"]:
         lab.set_state({"channel": label})
@@ -194,7 +194,7 @@ def test_a_page_has_all_it_needs_and_fetches_nothing(lab):
     found = re.search(r'\nmountLabs\("[\w-]+", (\{.*\}), "(.*)", "(.*)"\);\n', text)
     meta = json.loads(found[1])
     assert meta["start"] == {
-        "sigma_s": 0.0318, "look_ahead_s": None, "channel": KNEE, "frame": 33,
+        "sigma_s": 0.0315, "look_ahead_s": None, "channel": KNEE, "frame": 33,
     }  # fmt: skip
     assert {**meta, "start": None} == {**lab._meta, "start": None}
     assert base64.b64decode(found[2]) == lab._packed

@@ -23,6 +23,7 @@ from mocaplab import __version__
 from mocaplab.corruption import parse_recipe
 from mocaplab.datasets import Dataset, clip_digest
 from mocaplab.draws import draw_test, draw_training
+from mocaplab.evaluation import score_clip
 from mocaplab.files import write_atomically
 from mocaplab.filters import Denoiser
 from mocaplab.measures import MEASURES
@@ -112,7 +113,8 @@ def spell_recipe(recipe: str) -> str:
     ValueError
         If the recipe cannot be read.
     """
-    return "+".join(f"{step.name}:{amount:g}" for step, amount in parse_recipe(recipe))
+    spelled = [f"{step.name}:{amount:g}" for step, amount in parse_recipe(recipe)]
+    return "+".join(step.replace("e+", "e") for step in spelled)  # a plus joins steps
 
 
 def usable_measures(clip: Motion) -> tuple[list[str], dict[str, str]]:
@@ -209,7 +211,7 @@ def _row(
     _check_finite(cleaned)
     row = {"clip": clip.clean.name, "action": dataset.actions[index], "repetition": repetition}
     row |= {"frames": cleaned.n_frames, "seconds": seconds}
-    row |= {name: float(MEASURES[name].score(cleaned, clip)) for name in job.measures}
+    row |= score_clip(cleaned, clip, job.measures)
     return row | (_detail(cleaned, clip.clean) if job.detail else {})
 
 

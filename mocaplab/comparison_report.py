@@ -13,7 +13,7 @@ import numpy as np
 
 from mocaplab.bootstrap import Interval, percentile_interval, resampled_means
 from mocaplab.comparison import ORACLE, Job, Result
-from mocaplab.evaluation import format_table
+from mocaplab.evaluation import format_table, mean_of_known
 from mocaplab.measures import MEASURES
 from mocaplab.methods import METHODS, network_label, part_network
 from mocaplab.motion import FloatArray
@@ -32,10 +32,11 @@ TABLE_MEASURES = ("rms_all_deg", "rms_moving_deg")
 EXPLANATION = """\
 Every method was fitted on the clips outside the holdout, corrupted by the same recipe with \
 other noise. Means over clips; 95 % intervals and ratios by a bootstrap over clips, the same \
-draws for all methods. Bold: the best, where the interval of its distance to the second best \
-does not reach 0. The oracle Gaussian chooses its widths by looking at the clean signal: a \
-bound, not a method. Frames per second are of one core, and of a busy one if others were at \
-work."""
+draws for all methods. A few clips can have most of the say in a mean, such as those in which a \
+thumb joint spins: the median over clips stands beside it. Bold: the best, where the interval \
+of its distance to the second best does not reach 0. The oracle Gaussian chooses its widths by \
+looking at the clean signal: a bound, not a method. Frames per second are of one core, and of a \
+busy one if others were at work."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +49,7 @@ class Estimate:
     action: str  # "all" for all clips
     clips: int
     mean: Interval
+    median: float  # over clips; the mean may be the work of one violent clip
     ratio: Interval  # to BASELINE, on the same clips; NaN where it makes no sense
     best: bool  # its distance to the second best method has an interval without 0
 
@@ -58,6 +60,12 @@ def method_label(name: str) -> str:
         return "oracle Gaussian (sees the clean signal)"
     parts = part_network(name)
     return network_label(*parts) if parts else METHODS[name].label
+
+
+def between(estimate: Estimate, digits: int = 3) -> str:
+    """Spell the interval of a mean; one clip alone tells nothing about others, so it has none."""
+    low, high = estimate.mean.low, estimate.mean.high
+    return f"{low:.{digits}f} - {high:.{digits}f}" if estimate.clips > 1 else "-"
 
 
 def results_to_csv(results: Mapping[Job, Result]) -> str:
@@ -90,8 +98,9 @@ def estimates_to_csv(estimates: Iterable[Estimate], speeds: Mapping[tuple[str, s
                 "action": e.action,
                 "clips": e.clips,
                 "mean": e.mean.value,
-                "low": e.mean.low,
-                "high": e.mean.high,
+                "low": e.mean.low if e.clips > 1 else np.nan,
+                "high": e.mean.high if e.clips > 1 else np.nan,
+                "median": e.median,
                 f"ratio_to_{BASELINE}": e.ratio.value,
                 "ratio_low": e.ratio.low,
                 "ratio_high": e.ratio.high,
@@ -118,7 +127,8 @@ def frames_per_second(results: Mapping[Job, Result]) -> dict[tuple[str, str], fl
 def estimate(results: Mapping[Job, Result], *, seed: int = 0) -> list[Estimate]:
     """Average over clips, and say how far to trust it.
 
-    Repetitions of a clip are averaged first: the clip is the unit that is drawn anew. A
+    Repetitions of a clip are averaged first, but those where the measure is NaN, such as one
+    without a gap of some length: the clip is the unit that is drawn anew. A
     method that lacks clips of a corruption, because a job failed, is left out there, and a
     clip for which a measure is NaN is left out of that measure.
 
@@ -174,7 +184,7 @@ def _tables(
     tables = {}
     for measure in next(iter(results)).measures:
         values = [
-            [np.mean([row[measure] for row in rows_of[method][clip]]) for clip in clips]
+            [mean_of_known(row[measure] for row in rows_of[method][clip]) for clip in clips]
             for method in methods
         ]
         tables[measure] = methods, np.array(values, dtype=np.float64)
@@ -183,8 +193,8 @@ def _tables(
 
 def _column(
     measure: str, methods: Sequence[str], values: FloatArray, seed: int
-) -> list[tuple[Interval, Interval, bool]]:
-    """Estimate the mean of every method, its ratio to the baseline, and which is best."""
+) -> list[tuple[Interval, float, Interval, bool]]:
+    """Estimate mean and median of every method, its ratio to the baseline, and which is best."""
     draws = resampled_means(values, rng=np.random.default_rng(seed))
     means = values.mean(axis=1)
     intervals = [percentile_interval(m, d) for m, d in zip(means, draws, strict=True)]
@@ -202,7 +212,8 @@ def _column(
             first, second = ranked[:2]
             lead = percentile_interval(means[first] - means[second], draws[first] - draws[second])
             best = first if lead.excludes(0) else None
-    return [(intervals[i], ratios[i], i == best) for i in range(len(methods))]
+    medians = np.median(values, axis=1).tolist()
+    return [(intervals[i], medians[i], ratios[i], i == best) for i in range(len(methods))]
 
 
 def estimates_to_markdown(
@@ -222,16 +233,18 @@ def estimates_to_markdown(
 def _table(estimates: Sequence[Estimate], speeds: Mapping[tuple[str, str], float]) -> str:
     """Lay out methods and actions; the mean over all clips has its interval."""
     actions = {e.action: f"{e.action} ({e.clips})" for e in estimates}
-    rows = [["method", *actions.values(), "95 %", "/ tuned Gaussian", "frames/s"]]
+    rows = [["method", *actions.values(), "95 %", "median", "/ tuned Gaussian", "frames/s"]]
     for method in dict.fromkeys(e.method for e in estimates):
         of_method = [e for e in estimates if e.method == method]
         means = [f"**{e.mean.value:.3f}**" if e.best else f"{e.mean.value:.3f}" for e in of_method]
         last = of_method[-1]
         ratio = "" if np.isnan(last.ratio.value) else "{:.2f} ({:.2f} - {:.2f})".format(*last.ratio)
+        if last.clips == 1 and ratio:
+            ratio = f"{last.ratio.value:.2f}"
         ratio = "1" if method == BASELINE else ratio
         speed = f"{speeds[last.corruption, method]:,.0f}"
-        between = f"{last.mean.low:.3f} - {last.mean.high:.3f}"
-        rows.append([method_label(method), *means, between, ratio, speed])
+        median = f"{last.median:.3f}"
+        rows.append([method_label(method), *means, between(last), median, ratio, speed])
     return format_table(rows)
 
 

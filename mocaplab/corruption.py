@@ -6,6 +6,7 @@ A recipe is ``NAME:AMOUNT`` or several joined by ``+``, such as
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from difflib import get_close_matches
@@ -121,7 +122,8 @@ def parse_recipe(recipe: str) -> list[tuple[Corruption, float]]:
     ValueError
         If a name is unknown (the message has the nearest ones) or an amount no number.
     """
-    return [_parse_step(step.strip(), recipe) for step in recipe.split("+")]
+    steps = re.split(r"(?<!\d[eE])\+", recipe)  # not at the plus of a number such as 1e+2
+    return [_parse_step(step.strip(), recipe) for step in steps]
 
 
 def _parse_step(step: str, recipe: str) -> tuple[Corruption, float]:
@@ -192,7 +194,7 @@ def snr_db(corrupted: Corrupted) -> float:
 
     Returns
     -------
-    float, dB; infinite without any error, NaN if nothing was observed
+    float, dB; infinite without any error, NaN if nothing moves or nothing was observed
     """
     clean, observed = corrupted.clean.channels, corrupted.observed.channels
     counts = corrupted.mask & moving_channels(corrupted.clean)

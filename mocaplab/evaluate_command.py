@@ -17,6 +17,7 @@ from tqdm.auto import tqdm
 from mocaplab.bvh import load_bvh
 from mocaplab.corruption import CORRUPTIONS, corrupt
 from mocaplab.datasets import Dataset, clip_digest, load_dataset, load_folder
+from mocaplab.draws import draw_test
 from mocaplab.euler import align_to, make_continuous
 from mocaplab.evaluation import compare_methods, format_table, table_by_action
 from mocaplab.files import check_writable, write_atomically
@@ -182,14 +183,15 @@ def read_methods(text: str) -> list[str]:
 def _write_report(results: dict[Job, Result], title: str, folder: Path, seed: int) -> None:
     """Write results.csv, table.csv, table.md and the plots."""
     from mocaplab import comparison_report as report
+    from mocaplab.gap_report import draw_gap_plots, gap_tables
 
     speeds = report.frames_per_second(results)
     estimates = report.estimate(results, seed=seed)
-    table = report.estimates_to_markdown(estimates, speeds)
+    table = report.estimates_to_markdown(estimates, speeds) + gap_tables(estimates)
     write_atomically(folder / "results.csv", report.results_to_csv(results))
     write_atomically(folder / "table.csv", report.estimates_to_csv(estimates, speeds))
     write_atomically(folder / "table.md", f"# {title}\n\n{report.EXPLANATION}\n\n{table}")
-    plots = report.draw_plots(estimates, speeds, folder)
+    plots = report.draw_plots(estimates, speeds, folder) + draw_gap_plots(estimates, folder)
     notes = sorted({note for result in results.values() for note in result["notes"]})
     print(f"\n{table}")
     if notes:
@@ -223,8 +225,11 @@ def print_scores(
 ) -> None:
     """Print the table of errors by action, for both kinds of RMS.
 
+    The noise is drawn as in a comparison of all methods (:mod:`mocaplab.draws`).
     The Gaussians are those tuned on the training clips of the first model.
     """
+    from mocaplab.comparison import spell_recipe
+
     for cleaner in cleaners:
         for clip in dataset.clips:
             cleaner.checkpoint.require(clip.skeleton, clip.frame_time, clip.name)
@@ -238,11 +243,9 @@ def print_scores(
     }
     methods |= {type(cleaner.checkpoint.model).__name__: cleaner for cleaner in cleaners}
     scores = []
+    noise = spell_recipe(noise)  # one spelling, one draw
     for repeat in tqdm(range(repeats), desc="scoring", unit="draw", leave=False):
-        corrupted = [
-            corrupt(clip, noise, rng=np.random.default_rng([seed, repeat, i]))
-            for i, clip in enumerate(dataset.clips)
-        ]
+        corrupted = [draw_test(clip, noise, seed=seed, repetition=repeat) for clip in dataset.clips]
         scores += compare_methods(corrupted, methods, corruption=noise, seed=repeat)
     actions = dict(zip((c.name for c in dataset.clips), dataset.actions, strict=True))
     print(f"{len(dataset)} clips, {noise} drawn {repeats} times, seed {seed}")

@@ -10,7 +10,7 @@ import numpy as np
 
 from mocaplab.filters import Denoiser
 from mocaplab.measures import find_measure
-from mocaplab.motion import Corrupted
+from mocaplab.motion import Corrupted, Motion
 
 
 @dataclass(frozen=True)
@@ -27,12 +27,24 @@ class Score:
     @property
     def mean(self) -> float:
         """The mean over the clips that have a value; NaN if none has."""
-        return _mean(self.per_clip.values())
+        return mean_of_known(self.per_clip.values())
 
 
-def _mean(values: Iterable[float]) -> float:
+def mean_of_known(values: Iterable[float]) -> float:
+    """Return the mean of the values that are not NaN; NaN if there is none."""
     known = [value for value in values if not np.isnan(value)]
     return float(np.mean(known)) if known else np.nan
+
+
+def score_clip(cleaned: Motion, clip: Corrupted, measures: Iterable[str]) -> dict[str, float]:
+    """Score what a method made of a clip: measure -> value. Every comparison scores with this.
+
+    Raises
+    ------
+    ValueError
+        If there is no measure of a name, or the clip cannot be measured by it.
+    """
+    return {name: float(find_measure(name).score(cleaned, clip)) for name in measures}
 
 
 def compare_methods(
@@ -62,16 +74,15 @@ def compare_methods(
     ValueError
         If there is no measure of a name, or a clip cannot be measured by it.
     """
-    chosen = {name: find_measure(name) for name in measures}
+    units = {name: find_measure(name).unit for name in measures}
     per_clip: dict[tuple[str, str], dict[str, float]] = {}
     for clip in clips:
         for method, denoiser in methods.items():
             cleaned = denoiser.denoise(clip.observed, clip.mask)
-            for name, measure in chosen.items():
-                values = per_clip.setdefault((method, name), {})
-                values[clip.clean.name] = measure.score(cleaned, clip)
+            for name, value in score_clip(cleaned, clip, measures).items():
+                per_clip.setdefault((method, name), {})[clip.clean.name] = value
     return [
-        Score(method, corruption, name, chosen[name].unit, seed, values)
+        Score(method, corruption, name, units[name], seed, values)
         for (method, name), values in per_clip.items()
     ]
 
@@ -102,8 +113,8 @@ def table_by_action(
             if (score.method, score.metric) == (method, metric):
                 for clip, value in score.per_clip.items():
                     values[actions[clip]].append(value)
-        means = [_mean(v) for v in values.values()]
-        means.append(_mean(x for v in values.values() for x in v))
+        means = [mean_of_known(v) for v in values.values()]
+        means.append(mean_of_known(x for v in values.values() for x in v))
         rows.append([method, *map(_cell, means)])
     return rows
 

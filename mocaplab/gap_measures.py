@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from mocaplab.angle_measures import check_pair
 from mocaplab.motion import BoolArray, Motion
 
-GAP_EDGES_S = (0.0, 0.1, 0.25, 0.5, 1.0, 2.0, np.inf)
+GAP_EDGES_S = (0.0, 0.05, 0.125, 0.25, 0.5, 1.0, 2.0, np.inf)
 """Between these lengths, in seconds, gaps are counted together."""
 
 

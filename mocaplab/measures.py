@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -23,7 +24,7 @@ from mocaplab.angle_measures import (
     rms_moving_deg,
 )
 from mocaplab.foot_measures import foot_skate_cm_s, ground_penetration_cm
-from mocaplab.gap_measures import GapBin, gap_rms_by_length, gap_rms_deg
+from mocaplab.gap_measures import GAP_EDGES_S, GapBin, gap_rms_by_length, gap_rms_deg
 from mocaplab.motion import Corrupted, Motion
 from mocaplab.position_measures import (
     acceleration_error_cm_s2,
@@ -37,6 +38,7 @@ from mocaplab.position_measures import (
 from mocaplab.units import cm_per_unit
 
 __all__ = [
+    "GAP_MEASURES",
     "MEASURES",
     "GapBin",
     "Measure",
@@ -86,6 +88,23 @@ def _harm(cleaned: Motion, clip: Corrupted) -> float:
     """Harm is known only where the input was clean; it is NaN for any other clip."""
     was_clean = np.array_equal(clip.observed.channels, clip.clean.channels)
     return harm_deg(cleaned, clip.clean) if was_clean else np.nan
+
+
+def _gap_of_length(shortest_s: float, longest_s: float) -> Measure:
+    """Make the measure of the gaps of about one length."""
+
+    def score(cleaned: Motion, clip: Corrupted) -> float:
+        edges = (shortest_s, longest_s)
+        return gap_rms_by_length(cleaned, clip.clean, clip.mask, edges)[0].rms_deg
+
+    lengths = f"{shortest_s:g} to {longest_s:g} s" if longest_s < np.inf else f"{shortest_s:g} s up"
+    return Measure(score, "deg", f"RMS over the hidden angles in gaps of {lengths}, degrees")
+
+
+GAP_MEASURES = {
+    f"gap_rms_from_{low:g}_s_deg": _gap_of_length(low, high) for low, high in pairwise(GAP_EDGES_S)
+}
+"""The error inside short and long gaps apart, by name, such as ``"gap_rms_from_0.5_s_deg"``."""
 
 
 MEASURES: dict[str, Measure] = {
@@ -140,9 +159,8 @@ MEASURES: dict[str, Measure] = {
     "ground_penetration_cm": Measure(
         _centimetres(ground_penetration_cm), "cm", "Mean depth of the feet in the ground, cm"
     ),
-}
-"""Every measure of a cleaned motion. Two have no place here: bone lengths, which
-angles never change, and the error by the length of gaps, which is a table."""
+} | GAP_MEASURES
+"""Every measure of a cleaned motion. Bone lengths have no place here: angles never change them."""
 
 
 def find_measure(name: str) -> Measure:

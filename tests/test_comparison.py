@@ -132,6 +132,13 @@ def test_a_jobs_name_can_be_a_files(job):
     assert name == "angular_0.5+gaps_0.001-gaussian_tuned-holdout_1"
 
 
+def test_a_large_amount_is_spelled_so_that_it_can_be_read():
+    for recipe in ("angular:1e7", "angular:1e+7", "angular:10000000+gaps"):
+        spelled = spell_recipe(recipe)
+        assert spelled.split("+")[0] == "angular:1e07"
+        assert spell_recipe(spelled) == spelled
+
+
 @pytest.mark.parametrize("recipe", ["0.5", "angular", "angular:0.50"])
 def test_recipes_have_one_spelling(recipe):
     assert spell_recipe(recipe) == "angular:0.5"

@@ -11,6 +11,7 @@ from mocaplab.bootstrap import mean_intervals, paired_interval
 from mocaplab.comparison import ORACLE, Job
 from mocaplab.comparison_report import (
     BASELINE,
+    between,
     draw_plots,
     estimate,
     estimates_to_csv,
@@ -179,6 +180,34 @@ def test_markdown_shows_errors_inside_gaps_where_there_are_gaps(errors):
             row["gap_rms_deg"] = np.nan
     text = estimates_to_markdown(estimate(results), frames_per_second(results))
     assert title not in text
+
+
+def test_the_median_over_clips_stands_beside_the_mean(errors):
+    errors["noisy"][0] = 1000.0
+    found = find(estimate(make_results(errors)), "noisy")
+    assert found.median == pytest.approx(np.median(errors["noisy"].mean(axis=1)))
+    results = make_results(errors)
+    text = estimates_to_markdown(estimate(results), frames_per_second(results))
+    row = next(line for line in text.splitlines() if line.startswith(f"| {METHODS['noisy'].label}"))
+    assert f"| {found.median:.3f} |" in " ".join(row.split())
+
+
+def test_one_clip_has_no_interval(errors):
+    results = make_results({method: values[:1] for method, values in errors.items()})
+    estimates, speeds = estimate(results), frames_per_second(results)
+    assert between(find(estimates, "savgol")) == "-"
+    rows = estimates_to_markdown(estimates, speeds).splitlines()
+    row = next(line for line in rows if line.startswith(f"| {METHODS['savgol'].label} "))
+    assert [cell.strip() for cell in row.split("|")][4] == "-"
+    table = list(csv.DictReader(io.StringIO(estimates_to_csv(estimates, speeds))))
+    assert {(line["low"], line["high"]) for line in table} == {("nan", "nan")}
+
+
+def test_a_draw_without_a_value_is_left_out_of_its_clip(errors):
+    results = make_results(errors)
+    for result in results.values():
+        result["rows"][0]["gap_rms_deg"] = 7.0  # the first clip has a gap in its first draw only
+    assert find(estimate(results), "savgol", "gap_rms_deg").clips == 11
 
 
 def test_plots_are_written_and_show_every_method(errors, tmp_path, monkeypatch):

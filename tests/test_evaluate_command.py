@@ -50,7 +50,9 @@ def test_comparison_on_processes_and_on_a_cluster(folder, tmp_path, capsys):
         "cost_angular_0.5.png",
         "errors_gaps_0.001.png",
         "cost_gaps_0.001.png",
+        "gaps_gaps_0.001.png",
     }
+    assert "by length of the gap" in (tmp_path / "a" / "table.md").read_text()
     with distributed.LocalCluster(
         n_workers=2, threads_per_worker=1, dashboard_address=":0"
     ) as cluster:

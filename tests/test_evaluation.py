@@ -8,6 +8,7 @@ from mocaplab.evaluation import (
     Score,
     compare_methods,
     format_table,
+    score_clip,
     table_by_action,
 )
 from mocaplab.filters import Untouched
@@ -37,6 +38,14 @@ def test_comparison_takes_its_units_from_the_measures(walk):
     assert position.mean == mpjpe_cm(clip.observed, clip.clean, cm_per_unit=unit)
     assert np.isnan(gap.mean)  # nothing was hidden
     assert table_by_action([gap], "gap_rms_deg", {walk.name: "walk"})[1] == ["noisy", "-", "-"]
+
+
+def test_comparisons_score_as_one_clip_is_scored(walk):
+    clip = corrupt(walk, "angular:0.5", rng=np.random.default_rng(0))
+    alone = score_clip(clip.observed, clip, ["mpjpe_cm", "rms_all_deg"])
+    assert list(alone) == ["mpjpe_cm", "rms_all_deg"]
+    scores = compare_methods([clip], {"noisy": Untouched()}, corruption="", seed=0, measures=alone)
+    assert {s.metric: s.mean for s in scores} == alone
 
 
 def test_comparison_refuses_an_unknown_measure():

@@ -16,6 +16,7 @@ from mocaplab.corruption import corrupt
 from mocaplab.filters import GaussianDenoiser, Untouched
 from mocaplab.kinematics import forward_kinematics
 from mocaplab.measures import (
+    GAP_MEASURES,
     MEASURES,
     GapBin,
     acceleration_error_cm_s2,
@@ -36,7 +37,7 @@ from mocaplab.measures import (
     rms_all_deg,
     rms_moving_deg,
 )
-from mocaplab.motion import moving_channels
+from mocaplab.motion import Corrupted, moving_channels
 from mocaplab.motion_model import CM_PER_UNIT
 from mocaplab.movement import foot_contacts, jitter
 
@@ -161,6 +162,24 @@ def test_gap_error_by_length():
     assert table[1][3:] == (0, 0)
     assert np.isnan(table[1].rms_deg)
     assert table[2] == GapBin(0.5, 1.0, pytest.approx(7.0), 1, 5)
+
+
+def test_every_length_of_gap_has_a_measure_of_its_own():
+    """Gaps of 5, 6 and 300 frames at 120 per second, with errors 3, 4 and 5."""
+    clean = replace(arm(np.zeros((400, 2))), frame_time=1 / 120)
+    error, mask = np.zeros((400, 2)), np.ones((400, 2), dtype=bool)
+    for channel, first, frames, size in ((0, 0, 5, 3.0), (0, 10, 6, 4.0), (1, 20, 300, 5.0)):
+        mask[first : first + frames, channel] = False
+        error[first : first + frames, channel] = size
+    observed = clean.with_channels(np.where(mask, 0.0, np.nan))
+    clip = Corrupted(clean, observed, mask)
+    found = {n: m.score(clean.with_channels(error), clip) for n, m in GAP_MEASURES.items()}
+    known = {name: value for name, value in found.items() if not np.isnan(value)}
+    assert known == {
+        "gap_rms_from_0_s_deg": pytest.approx(3),
+        "gap_rms_from_0.05_s_deg": pytest.approx(4),
+        "gap_rms_from_2_s_deg": pytest.approx(5),
+    }
 
 
 def test_gap_lengths_are_in_seconds_whatever_the_frame_rate():
@@ -472,6 +491,8 @@ def test_registered_measures_score_a_clip(name, noisy_clip):
     own = measure.score(noisy_clip.clean, noisy_clip)
     if name == "harm_deg":
         assert np.isnan([before, after, own]).all()  # the input was not clean
+    elif name in GAP_MEASURES and np.isnan(own):
+        assert name in ("gap_rms_from_1_s_deg", "gap_rms_from_2_s_deg")  # no gap is so long
     else:
         assert abs(after - own) < abs(before - own)
         assert own < 1e-12 or name in ("jitter_cm_s3", "foot_skate_cm_s", "ground_penetration_cm")

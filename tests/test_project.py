@@ -131,6 +131,7 @@ LAYERS = [
     ],
     ["assignments_bvh", "comparison", "lab"],
     ["comparison_report", "job_runner"],
+    ["gap_report"],
     ["evaluate_command"],
     ["commands"],
     ["cli"],

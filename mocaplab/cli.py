@@ -1,4 +1,4 @@
-"""The command line: mocaplab clean, fuse, corrupt, train, evaluate, info."""
+"""The command line: mocaplab clean, fuse, corrupt, train, evaluate, reproduce, info."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import sys
 import warnings
 from collections.abc import Callable, Sequence
 
-from mocaplab import __version__, commands, evaluate_command
+from mocaplab import __version__, commands, evaluate_command, reproduce_command
 from mocaplab.corruption import corruption_table
 from mocaplab.gap_filling import GapWarning
 from mocaplab.splits import KINDS
@@ -181,6 +181,22 @@ def _parser() -> argparse.ArgumentParser:
     )
     _add_evaluate_options(evaluate)
 
+    _add_reproduce_options(
+        add(
+            reproduce_command.reproduce,
+            "redo the papers' figures within a budget of minutes, and judge every claim",
+            "The budget decides how many holdouts, repetitions, epochs and clips there are, after\n"
+            "a step of training has been measured; every figure says what it was made with. Each\n"
+            "comes as CSV, as a picture with the paper's axes, and with a paragraph of what\n"
+            "agrees and what does not; report.md has them all and the table of claims. What was\n"
+            "stopped goes on when the same command is given again.\n\n"
+            "examples:\n"
+            "  mocaplab reproduce --list\n"
+            "  mocaplab reproduce 8 --budget 10\n"
+            "  mocaplab reproduce all --data my_clips --budget 60 -o my_reproduction",
+        )
+    )
+
     info = add(commands.info, "tell what is in a BVH file", "example:\n  mocaplab info walk.bvh")
     info.add_argument("file", metavar="FILE.bvh")
     return parser
@@ -240,6 +256,39 @@ def _add_evaluate_options(evaluate: argparse.ArgumentParser) -> None:
     )
     add("--workers", type=_count, metavar="N", help="processes (default: one a core)")
     add("--scheduler", metavar="ADDRESS", help="run on a Dask cluster, such as tcp://host:8786")
+
+
+def _add_reproduce_options(reproduce: argparse.ArgumentParser) -> None:
+    add = reproduce.add_argument
+    add("figures", nargs="*", metavar="FIGURE", help="3, 4, ... as --list names them, or all")
+    add("--list", action="store_true", help="explain all figures, and do nothing else")
+    add(
+        "--data",
+        default="embedded",
+        metavar="FOLDER",
+        help="clean BVH files (default: %(default)s, the made-up clips)",
+    )
+    add("--budget", type=_minutes, metavar="MINUTES", help="5 is a smoke test, 10000 all of it")
+    add("-o", "--output", metavar="FOLDER", help="for all files (default: reproduction)")
+    _add_seed(reproduce)
+    add("--workers", type=_count, metavar="N", help="processes (default: one a core)")
+    add(
+        "--models",
+        metavar="FOLDER",
+        help="the folder models of mocaplab evaluate --data --methods ebf,blend of the same clips "
+        "and seed: its fully trained networks stand for EBF and Blend where they can",
+    )
+
+
+def _minutes(text: str) -> float:
+    """Read a number of minutes above 0."""
+    try:
+        minutes = float(text)
+    except ValueError:
+        minutes = 0.0
+    if not 0 < minutes < float("inf"):
+        raise argparse.ArgumentTypeError(f"must be minutes above 0, got {text!r}")
+    return minutes
 
 
 def _seed(text: str) -> int:

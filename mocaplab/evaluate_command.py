@@ -71,7 +71,7 @@ def _compare_all(options: argparse.Namespace) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     check_writable(folder / "results.csv")
     kind = options.split or "paper"
-    dataset, subjects = _load(options.data)
+    dataset, subjects = load_clips(options.data)
     splits = make_splits(
         kind, dataset.actions, subjects, seed=options.seed, n_holdouts=options.holdouts or 5
     )
@@ -99,7 +99,7 @@ def _compare_all(options: argparse.Namespace) -> None:
     open_workers = (
         partial(cluster_workers, address=options.scheduler)
         if options.scheduler
-        else partial(local_workers, processes=options.workers or _cores())
+        else partial(local_workers, processes=options.workers or count_cores())
     )
     results, failed = run_jobs(dataset, jobs, folder, open_workers)
     if failed:
@@ -115,8 +115,13 @@ def _compare_all(options: argparse.Namespace) -> None:
         )
 
 
-def _load(source: str) -> tuple[Dataset, list[int] | None]:
-    """Load the clips and, where a list of them tells, the subject of each."""
+def load_clips(source: str) -> tuple[Dataset, list[int] | None]:
+    """Load the clips and, where a list of them tells, the subject of each.
+
+    Parameters
+    ----------
+    source : str, a folder of BVH files, or "embedded"
+    """
     if source == "embedded":
         return load_dataset("embedded"), None
     dataset = load_folder(source)
@@ -128,7 +133,7 @@ def _load(source: str) -> tuple[Dataset, list[int] | None]:
     return dataset, [of_clip[clip.name] for clip in dataset.clips] if known else None
 
 
-def _cores() -> int:
+def count_cores() -> int:
     """Count the cores that this process may use."""
     affinity = getattr(os, "sched_getaffinity", None)
     return len(affinity(0)) if affinity else os.cpu_count() or 1

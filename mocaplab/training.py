@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
+from time import perf_counter
 from typing import Any
 
 import numpy as np
@@ -179,7 +180,7 @@ class _Trainer:
         with seeded(int(rng.integers(2**31)) + rank_and_size()[0]):  # dropout
             for i, batch in enumerate(batches):
                 done = (epoch + min(i / self.lesson.n_batches, 1)) / self.config.epochs
-                losses.append(self._step(batch, self.config.learning_rate * _slow_down(done)))
+                losses.append(self.step(batch, self.config.learning_rate * _slow_down(done)))
         loss = float(np.mean(losses))
         if not np.isfinite(loss):
             raise FloatingPointError(
@@ -188,7 +189,8 @@ class _Trainer:
             )
         self.state.end_epoch(loss, self._validate())
 
-    def _step(self, batch: Any, learning_rate: float) -> float:
+    def step(self, batch: Any, learning_rate: float) -> float:
+        """Take one step of training; return its loss."""
         self.state.set_learning_rate(learning_rate)
         loss = self.lesson.loss(self.shared, batch)
         self.state.optimizer.zero_grad()
@@ -215,3 +217,26 @@ WARM_UP = 0.05
 def _slow_down(done: float) -> float:
     """Return the factor of the learning rate when this share of the training is done."""
     return min(1.0, (done + 1e-3) / WARM_UP) * cosine_decay(done)
+
+
+def time_step(
+    clips: Sequence[Motion],
+    config: TrainConfig,
+    network_shape: Callable[[int], Any] = EBFConfig,
+    n_steps: int = 2,
+) -> float:
+    """Measure how long a training step takes, to know what a longer training will cost.
+
+    Returns
+    -------
+    float, seconds: the shortest of a few steps, after one to warm up
+    """
+    columns = clips[0].skeleton.is_cleaned & ~constant_channels(clips)
+    network = build_network(network_shape(int(columns.sum())), seed=config.seed)
+    trainer = _Trainer(TrainingState(network.to(training_device())), clips, (), config, columns)
+    seconds = []
+    for i in range(1 + n_steps):
+        start = perf_counter()
+        trainer.step(next(iter(trainer.lesson.batches(np.random.default_rng(i)))), 1e-4)
+        seconds.append(perf_counter() - start)
+    return min(seconds[1:])

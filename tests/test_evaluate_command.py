@@ -10,7 +10,7 @@ from mocaplab import comparison, job_runner
 from mocaplab.bvh import save_bvh
 from mocaplab.cli import main
 from mocaplab.corruption import CORRUPTIONS
-from mocaplab.evaluate_command import _load, read_methods, read_recipes
+from mocaplab.evaluate_command import load_clips, read_methods, read_recipes
 from mocaplab.methods import METHODS
 
 
@@ -190,15 +190,15 @@ def test_all_methods_are_all_but_the_networks(capsys):
 
 
 def test_subjects_are_read_from_the_list(folder):
-    assert _load(str(folder))[1] is None
+    assert load_clips(str(folder))[1] is None
     names = sorted(path.stem for path in folder.glob("*.bvh"))
     lines = [f"{name},walk,{i}" for i, name in enumerate(names)]
     (folder / "clips.csv").write_text("\n".join(["clip,action,subject", *lines]))
-    dataset, subjects = _load(str(folder))
+    dataset, subjects = load_clips(str(folder))
     assert [clip.name for clip in dataset.clips] == names
     assert subjects == [0, 1, 2, 3]
     (folder / "clips.csv").write_text("clip,action\nx,walk\n")
-    assert _load(str(folder))[1] is None
+    assert load_clips(str(folder))[1] is None
 
 
 def test_splits_by_subject_need_subjects(folder, tmp_path, capsys):

@@ -17,6 +17,7 @@ else:
 
 ROOT = Path(__file__).parent.parent
 LIBRARY = sorted((ROOT / "mocaplab").glob("*.py"))
+LIBRARY += sorted((ROOT / "mocaplab" / "reproduction").glob("[!_]*.py"))
 TOOLS = sorted((ROOT / "data_tools").glob("*.py"))
 
 # Each module may import only modules that stand on a line above its own.
@@ -133,6 +134,26 @@ LAYERS = [
     ["comparison_report", "job_runner"],
     ["gap_report"],
     ["evaluate_command"],
+    ["reproduction.plan", "reproduction.verdicts"],
+    ["reproduction.costs", "reproduction.needs"],
+    ["reproduction.plots", "reproduction.scores", "reproduction.sources"],
+    ["reproduction.networks_inside"],
+    ["reproduction.claims"],
+    ["reproduction.figure"],
+    [
+        "reproduction.figures_detail",
+        "reproduction.figures_gaps",
+        "reproduction.figures_noise",
+        "reproduction.figures_over_time",
+        "reproduction.figures_own",
+        "reproduction.figures_sources",
+        "reproduction.figures_streaming",
+        "reproduction.figures_tables",
+        "reproduction.report",
+    ],
+    ["reproduction.figures"],
+    ["reproduction.driver"],
+    ["reproduce_command"],
     ["commands"],
     ["cli"],
 ]
@@ -151,6 +172,8 @@ USES_TORCH = {
     "parallel",
     "quaternion_losses",
     "recipe_lesson",
+    "reproduction.networks_inside",
+    "reproduction.sources",
     "robust_fusion",
     "source_learning",
     "source_models",
@@ -172,6 +195,11 @@ def ranges(requirements):
     """Turn 'numpy>=1.26,<3' into {'numpy': '>=1.26,<3'}."""
     pairs = (re.fullmatch(r"([\w.-]+)(.*)", text) for text in requirements)
     return {pair[1]: pair[2] for pair in pairs}
+
+
+def module_name(path):
+    """Name a module below mocaplab, such as motion or reproduction.plan."""
+    return ".".join(path.relative_to(ROOT / "mocaplab").with_suffix("").parts)
 
 
 def imports_of(path):
@@ -218,22 +246,25 @@ def test_version_is_said_once():
 
 
 def test_every_module_has_a_layer():
-    modules = {path.stem for path in LIBRARY} - {"__init__", "__main__"}
+    modules = {module_name(path) for path in LIBRARY} - {"__init__", "__main__"}
     assert modules == {name for layer in LAYERS for name in layer}
 
 
-@pytest.mark.parametrize("path", LIBRARY, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", LIBRARY, ids=module_name)
 def test_imports_point_down(path):
     level = {name: i for i, layer in enumerate(LAYERS) for name in layer}
-    if path.stem not in level:  # __init__ and __main__
+    module = module_name(path)
+    if module not in level:  # __init__ and __main__
         return
     for name in imports_of(path):
         parts = name.split(".")
         assert parts[0] != "data_tools"
-        if parts[0] == "mocaplab" and len(parts) > 1 and parts[1] in level:
-            assert level[parts[1]] < level[path.stem], f"{path.stem} imports {parts[1]}"
+        if parts[0] == "mocaplab":
+            for imported in (".".join(parts[1:2]), ".".join(parts[1:3])):
+                if imported in level:
+                    assert level[imported] < level[module], f"{module} imports {imported}"
         if parts[0] == "torch":
-            assert path.stem in USES_TORCH, f"{path.stem} imports torch"
+            assert module in USES_TORCH, f"{module} imports torch"
 
 
 @pytest.mark.parametrize("path", LIBRARY + TOOLS, ids=lambda path: path.stem)

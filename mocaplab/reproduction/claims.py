@@ -1,0 +1,176 @@
+"""A claim of the paper beside what we found: one row of the claim table."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mocaplab.bootstrap import Interval
+from mocaplab.datasets import Dataset
+from mocaplab.files import write_atomically
+from mocaplab.methods import part_network
+from mocaplab.reproduction.needs import NOISE
+from mocaplab.reproduction.plan import PAPER_EPOCHS, Plan
+from mocaplab.reproduction.scores import NOTHING, RMS_ALL, Scores, label_of
+from mocaplab.reproduction.verdicts import (
+    NOT_ASKED,
+    OPEN,
+    Verdict,
+    judge_every,
+    judge_ratio,
+)
+from mocaplab.splits import Split
+
+LEAST_EPOCHS = 10
+"""A network that was trained for fewer epochs proves nothing, for or against."""
+
+
+@dataclass(frozen=True)
+class Claim:
+    """What the paper says, what we found, and the verdict."""
+
+    figure: str
+    text: str
+    paper: str  # its number, or what it says
+    ours: Interval
+    unit: str  # of our number; "times" for a ratio
+    clips: int
+    verdict: str
+    why: str
+
+    def number(self) -> str:
+        """Write our number with its interval."""
+        if np.isnan(self.ours.value):
+            return "-"
+        value, low, high = self.ours
+        if low == high:
+            return f"{value:.3g} {self.unit}".strip()
+        return f"{value:.2f} ({low:.2f} to {high:.2f}) {self.unit}".strip()
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """All that figures and claims are made from."""
+
+    plan: Plan
+    dataset: Dataset
+    groups: Mapping[str, Mapping[str, Split]]
+    scores: Scores
+    folder: Path
+
+    @property
+    def models(self) -> Path:
+        """The folder of trained networks."""
+        return self.folder / "models"
+
+    def cached(self, name: str, make: Callable[[], list[dict[str, Any]]]) -> list[dict[str, Any]]:
+        """Return rows that were made before, or make them and keep them."""
+        path = self.folder / "rows" / f"extra-{name}.json"
+        if not path.exists():
+            write_atomically(path, json.dumps(make(), indent=0) + "\n")
+        rows: list[dict[str, Any]] = json.loads(path.read_text(encoding="utf-8"))
+        return rows
+
+    def untested(self, methods: Sequence[str], n_clips: int) -> str:
+        """Say why nothing can be said about some methods, or nothing if it can."""
+        if n_clips == 0:
+            return "no clip was tested"
+        epochs = self.plan.epochs
+        own = [m for m in methods if part_network(m.rstrip("+")) and not m.endswith("+")]
+        if own and epochs < LEAST_EPOCHS:
+            return f"networks were trained for {epochs} of {PAPER_EPOCHS} epochs"
+        return self.scores.too_few(n_clips)
+
+
+def make_claim(
+    evidence: Evidence,
+    figure: str,
+    text: str,
+    paper: str,
+    ours: Interval,
+    unit: str,
+    n_clips: int,
+    methods: Sequence[str],
+    judge: Callable[[], Verdict] | None,
+) -> Claim:
+    """Put a claim together; without a judge it is a finding of ours that nobody claimed."""
+    if judge is None:
+        why = evidence.untested(methods, n_clips)
+        return Claim(figure, text, paper, ours, unit, n_clips, NOT_ASKED, why)
+    missing = evidence.untested(methods, n_clips)
+    verdict = Verdict(OPEN, missing) if missing else judge()
+    return Claim(figure, text, paper, ours, unit, n_clips, verdict.word, verdict.why)
+
+
+def ratio_claim(
+    evidence: Evidence,
+    figure: str,
+    text: str,
+    paper: float | None,
+    ours: str,
+    theirs: str,
+    recipe: str = NOISE,
+    groups: tuple[str, str] = ("holdout", "holdout"),
+    measure: str = RMS_ALL,
+) -> Claim:
+    """Compare two methods: "the error of ours is ``paper`` times that of theirs".
+
+    Without a paper's number it is a finding of ours.
+    """
+    scores = evidence.scores
+    first = scores.by_clip(ours, recipe, groups[0], measure)
+    second = scores.by_clip(theirs, recipe, groups[1], measure)
+    ratio, n = scores.ratio(first, second)
+    judge = None if paper is None else (lambda: judge_ratio(paper, ratio))
+    said = "-" if paper is None else f"{paper:.2f} times"
+    return make_claim(evidence, figure, text, said, ratio, "times", n, (ours, theirs), judge)
+
+
+def every_claim(
+    evidence: Evidence,
+    figure: str,
+    text: str,
+    ours: str,
+    others: Sequence[str],
+    recipe: str = NOISE,
+    paper: str = "on every motion",
+) -> Claim:
+    """Compare a method with several on every clip; our number is the share of clips won."""
+    scores = evidence.scores
+    errors = {label_of(m): scores.by_clip(m, recipe) for m in others}
+    errors = {label: found for label, found in errors.items() if found}
+    verdict, won, n = judge_every(scores.by_clip(ours, recipe), errors)
+    share = Interval(won / n, won / n, won / n) if n else NOTHING
+    unit = f"of the motions ({won} of {n})"
+    judge = None if paper == "-" else (lambda: verdict)
+    claim = make_claim(evidence, figure, text, paper, share, unit, n, (ours, *others), judge)
+    if judge is None and verdict.why and not claim.why:
+        return Claim(**{**vars(claim), "why": verdict.why})
+    return claim
+
+
+def paragraph(claims: Sequence[Claim]) -> str:
+    """Say in a paragraph what agrees and what does not, out of the claims alone."""
+    parts = []
+    for word, opening in (
+        ("holds", "What agrees"),
+        ("holds weaker", "What agrees in part"),
+        ("fails", "What does not agree"),
+        (OPEN, "What cannot be tested here"),
+        (NOT_ASKED, "What the paper did not try"),
+    ):
+        some = [claim for claim in claims if claim.verdict == word]
+        if some:
+            parts.append(f"{opening}: {'; '.join(_sentence(claim) for claim in some)}.")
+    return " ".join(parts) or "Nothing is claimed here."
+
+
+def _sentence(claim: Claim) -> str:
+    said = "" if claim.paper == "-" else f"paper: {claim.paper}; "
+    why = f"; {claim.why}" if claim.why else ""
+    return f"{claim.text} ({said}ours: {claim.number()}{why})"

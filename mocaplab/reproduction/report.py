@@ -1,0 +1,109 @@
+"""The files that a reproduction leaves: data, pictures, paragraphs, and the claim table."""
+
+from __future__ import annotations
+
+import csv
+import io
+import textwrap
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import matplotlib.pyplot as plt
+from matplotlib.figure import Figure as Picture
+
+from mocaplab.files import write_atomically
+from mocaplab.reproduction.claims import Claim, paragraph
+from mocaplab.reproduction.figure import Figure
+from mocaplab.reproduction.plan import Plan
+from mocaplab.reproduction.verdicts import ALIKE, NEARLY, NOT_ASKED
+
+RULES = f"""\
+Verdicts come from the numbers by rules (mocaplab/reproduction/verdicts.py). A ratio of two errors \
+*holds* if its 95 % interval (bootstrap over clips, the same draws for both) is on the paper's \
+side of 1 and reaches the paper's ratio; it *holds weaker* if it does not reach it; it *fails* \
+if it is on the other side, or has 1 in it and rules the paper's ratio out. "On every motion" \
+holds on all, holds weaker on three of four. "Alike" is within {ALIKE - 1:.0%}, weaker within \
+{NEARLY - 1:.0%}. With fewer than 6 clips, or networks trained for fewer than 10 of 200 epochs, \
+nothing is tested."""
+
+
+def file_name(figure: str) -> str:
+    """Name the files of a figure, without an ending."""
+    return f"figure_{int(figure):02d}" if figure.isdigit() else f"figure_{figure}"
+
+
+def rows_to_csv(rows: Sequence[Mapping[str, Any]], label: str) -> str:
+    """Write rows as CSV under a comment line that says what they were made with."""
+    text = io.StringIO()
+    text.write(f"# {label}\n")
+    names = list(dict.fromkeys(key for row in rows for key in row))
+    writer = csv.DictWriter(text, names, lineterminator="\n")
+    writer.writeheader()
+    for row in rows:
+        writer.writerow({k: f"{v:.6g}" if isinstance(v, float) else v for k, v in row.items()})
+    return text.getvalue()
+
+
+def claim_rows(claims: Sequence[Claim]) -> list[dict[str, Any]]:
+    """Turn claims into the rows of claims.csv."""
+    return [
+        {
+            "figure": claim.figure,
+            "claim": claim.text,
+            "paper": claim.paper,
+            "ours": claim.ours.value,
+            "low": claim.ours.low,
+            "high": claim.ours.high,
+            "unit": claim.unit,
+            "clips": claim.clips,
+            "verdict": claim.verdict,
+            "why": claim.why,
+        }
+        for claim in claims
+    ]
+
+
+def claims_to_markdown(claims: Sequence[Claim]) -> str:
+    """Write the claim table."""
+    lines = ["| figure | claim | paper | ours (95 %) | verdict | why |", "|" + "---|" * 6]
+    for c in sorted(claims, key=lambda c: c.verdict == NOT_ASKED):
+        cells = (c.figure, c.text, c.paper, c.number(), f"**{c.verdict}**", c.why)
+        lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
+def save_picture(picture: Picture, title: str, plan: Plan, path: Path) -> None:
+    """Write a picture under its title, with what it was made with below it."""
+    width = int(16 * picture.get_figwidth())
+    picture.suptitle(title)
+    picture.supxlabel("\n".join(textwrap.wrap(plan.label(), width)), fontsize=7, color="#555555")
+    picture.savefig(path, dpi=110)
+    plt.close(picture)
+
+
+def write_figure(
+    figure: Figure,
+    rows: Sequence[Mapping[str, Any]],
+    picture: Picture,
+    claims: Sequence[Claim],
+    plan: Plan,
+    folder: Path,
+) -> str:
+    """Write CSV, picture and paragraph of a figure; return its part of the report."""
+    name = file_name(figure.name)
+    write_atomically(folder / f"{name}.csv", rows_to_csv(rows, plan.label()))
+    save_picture(picture, figure.title, plan, folder / f"{name}.png")
+    text = f"{paragraph(claims)}\n\nMade with {plan.label()}.\n"
+    write_atomically(folder / f"{name}.md", text)
+    return f"## {figure.title}\n\n{figure.asks}\n\n![{figure.title}]({name}.png)\n\n{text}"
+
+
+def write_report(claims: Sequence[Claim], parts: Sequence[str], plan: Plan, folder: Path) -> None:
+    """Write claims.csv, claims.md and report.md."""
+    table = claims_to_markdown(claims)
+    write_atomically(folder / "claims.csv", rows_to_csv(claim_rows(claims), plan.label()))
+    claimed = f"{RULES}\n\nMade with {plan.label()}.\n\n{table}\n"
+    write_atomically(folder / "claims.md", claimed)
+    body = "\n\n".join(parts)
+    write_atomically(folder / "report.md", f"# The papers' figures redone\n\n{claimed}\n{body}")

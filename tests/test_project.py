@@ -120,6 +120,7 @@ LAYERS = [
     ["datasets", "measures", "recipe_lesson"],
     ["draws", "evaluation", "exercises", "lab_model", "training"],
     [
+        "exercises_beyond",
         "exercises_bvh",
         "exercises_ebf",
         "exercises_noise",

@@ -80,7 +80,7 @@ def check_white_noise_left(answer: Any, *, sigma: float) -> str:
         1 - left: "That is what was taken away. How much is left?",
     }
     return known(got, hints, rel_tol=0.02) or (
-        "The variance of a sum of independent numbers w x is the sum of w^2 times the variance of x."
+        "For independent x, the variance of a sum of w x is the sum of w^2 times that of each x."
     )
 
 

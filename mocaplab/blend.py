@@ -134,9 +134,19 @@ class Blend(Network):
         with seeded(seed):
             self.mixer = Mixer(config)
 
-    def forward(self, pose: Tensor, root_velocity: Tensor) -> Tensor:
-        """Clean a pose, shape (B, T, C); whole clips, since the filters reach far."""
-        noise = noise_std(pose)
+    def forward(self, pose: Tensor, root_velocity: Tensor, noise: Tensor | None = None) -> Tensor:
+        """Clean a pose, shape (B, T, C); whole clips, since the filters reach far.
+
+        Without ``noise``, shape (B, C), as :func:`mocaplab.estimate_bank.noise_std` returns
+        it, that is what it is estimated by. A piece of a long clip comes with the clip's.
+        """
+        noise = noise_std(pose) if noise is None else noise
         estimates, clues = estimates_and_clues(pose, noise, self.covariance, self.config.radius)
         result: Tensor = self.mixer(estimates, clues, noise, root_velocity)
         return result
+
+    def weights(self, pose: Tensor, root_velocity: Tensor, noise: Tensor | None = None) -> Tensor:
+        """Return how the nine estimates are mixed, shape (B, T, C, 9); see :meth:`forward`."""
+        noise = noise_std(pose) if noise is None else noise
+        estimates, clues = estimates_and_clues(pose, noise, self.covariance, self.config.radius)
+        return self.mixer.weights(estimates, clues, noise, root_velocity)

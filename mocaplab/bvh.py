@@ -28,7 +28,7 @@ from mocaplab.bvh_hierarchy import (
 from mocaplab.files import write_atomically
 from mocaplab.motion import FloatArray, Motion
 
-__all__ = ["BVHError", "load_bvh", "save_bvh"]
+__all__ = ["BVHError", "load_bvh", "round_changes", "save_bvh"]
 
 _BLOCK = 1 << 15  # characters taken at once: a block and all copies of it stay in the cache
 
@@ -245,3 +245,9 @@ def save_bvh(motion: Motion, path: str | os.PathLike[str]) -> None:
     rows = orjson.dumps(np.ascontiguousarray(motion.channels), option=orjson.OPT_SERIALIZE_NUMPY)
     block = rows[2:-2].replace(b"],[", b"\n").replace(b",", b" ")
     write_atomically(path, "\n".join(lines).encode() + b"\n" + block + b"\n")
+
+
+def round_changes(before: Motion, after: Motion) -> Motion:
+    """Round the samples that were changed to a millionth of a degree; it keeps files small."""
+    same = after.channels == before.channels
+    return after.with_channels(np.where(same, before.channels, after.channels.round(6)))

@@ -9,9 +9,10 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import asdict, dataclass
 from functools import partial
+from importlib.resources import as_file, files
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -26,6 +27,8 @@ from mocaplab.motion import BoolArray, FloatArray, Skeleton
 from mocaplab.networks import NETWORKS, build_network
 
 FORMAT = "mocaplab-network-1"
+SHIPPED = ("ebf", "blend")
+"""The models that come with the package, trained on CMU clips of 31 joints."""
 
 AnyNetwork = TypeVar("AnyNetwork", bound=torch.nn.Module)
 
@@ -168,6 +171,17 @@ def load_checkpoint(path: str | os.PathLike[str]) -> Checkpoint:
             gaussian_per_channel_s=np.asarray(tensors["gaussian_per_channel_s"]),
             info=header["info"],
         )
+
+
+def shipped_file(name: str) -> AbstractContextManager[Path]:
+    """Give the path of a model that comes with the package, in a with-block."""
+    return as_file(files("mocaplab") / "data" / f"{name}.safetensors")
+
+
+def shipped_checkpoint(name: str) -> Checkpoint:
+    """Load a model that comes with the package; ``name`` is one of ``SHIPPED``."""
+    with shipped_file(name) as path:
+        return load_checkpoint(path)
 
 
 def with_weights(

@@ -3,73 +3,178 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from dataclasses import dataclass
-from importlib.resources import as_file, files
 
 import numpy as np
-import torch
+from tqdm.auto import tqdm
 
-from mocaplab.checkpoints import Checkpoint, load_checkpoint
-from mocaplab.filters import filter_motion, gaussian_filter
-from mocaplab.gap_filling import lerp_gaps
-from mocaplab.motion import BoolArray, FloatArray, Motion, moving_channels
-from mocaplab.movement import jitter, root_angular_velocity
+from mocaplab.checkpoints import SHIPPED, Checkpoint, load_checkpoint, shipped_checkpoint
+from mocaplab.clip_view import long_runs, view_clip
+from mocaplab.filled import Filled, check_observed, fill_by_lines
+from mocaplab.gaps import hide
+from mocaplab.motion import BoolArray, FloatArray, Motion, Skeleton
+from mocaplab.motion_model import load_motion_model
+from mocaplab.network_runner import NetworkRunner, measure_scale
 from mocaplab.networks import EBF
-from mocaplab.normalization import standardize
+from mocaplab.piece_cleaner import PieceCleaner
+from mocaplab.pieces import cut
+from mocaplab.skeleton_json import skeleton_from_json
+from mocaplab.skeleton_matching import SkeletonMatch, match_skeletons
 
-SHIPPED = ("ebf", "blend")
-"""The models that come with the package, trained on CMU clips of 31 joints."""
 
+@dataclass(frozen=True, eq=False)
+class Cleaned:
+    """A cleaned motion, and what the cleaner can say of it.
 
-def shipped_checkpoint(name: str) -> Checkpoint:
-    """Load a model that comes with the package; ``name`` is one of ``SHIPPED``."""
-    with as_file(files("mocaplab") / "data" / f"{name}.safetensors") as path:
-        return load_checkpoint(path)
+    Parameters
+    ----------
+    motion : Motion, without NaN
+        Inside a gap that is left open: the line through its ends.
+    left : array, shape (T, C), bool
+        True inside gaps that are longer than ``max_gap_s`` and so were not filled.
+    std_deg : array, shape (T, C), degrees
+        Expected error of the filled samples; see :class:`mocaplab.filled.Filled`. 0 elsewhere.
+    width_s : array, shape (T, C), seconds, or None
+        How widely each sample was smoothed, where that was asked for.
+    match : SkeletonMatch
+        Which joint was taken for which of the model's.
+    """
+
+    motion: Motion
+    left: BoolArray
+    std_deg: FloatArray
+    width_s: FloatArray | None
+    match: SkeletonMatch
 
 
 class Cleaner:
     """Clean motions with a network. Fits the :class:`mocaplab.filters.Denoiser` protocol.
 
-    Gaps are filled by straight lines, then the network cleans every joint angle. A channel
-    that never moved in the training clips, but moves here, is smoothed with the single
-    Gaussian width that was tuned on them: the network knows nothing of it. The root, and
-    channels that do not move, come out exactly as they went in.
+    Gaps are filled, then the network cleans every joint angle. The motion may have another
+    frame rate than the model, joints with other names, channels and orders
+    (:func:`mocaplab.skeleton_matching.match_skeletons`), and any length: long clips are
+    cleaned in pieces. A channel that moves, but never did in training, is smoothed with the
+    single Gaussian width that was tuned on the training clips: the network knows nothing of
+    it. The root, and channels that do not move, come out exactly as they went in.
 
     Parameters
     ----------
     model : Checkpoint, path of a model file, or the name of a model in the package
         ``"blend"`` is the best, ``"ebf"`` is the network of paper A.
+    filler : function
+        Takes a continuous motion of the model's skeleton and frame rate, with NaN inside gaps,
+        and returns a :class:`mocaplab.filled.Filled`.
+    max_gap_s : float, seconds, optional
+        Longer gaps are not filled.
     """
 
-    def __init__(self, model: Checkpoint | str | os.PathLike[str] = "blend"):
+    def __init__(
+        self,
+        model: Checkpoint | str | os.PathLike[str] = "blend",
+        *,
+        filler: Callable[[Motion], Filled] = fill_by_lines,
+        max_gap_s: float | None = None,
+    ):
         if model in SHIPPED:
             model = shipped_checkpoint(str(model))
         elif not isinstance(model, Checkpoint):
             model = load_checkpoint(model)
+        if max_gap_s is not None and not max_gap_s >= 0:
+            raise ValueError(f"the longest gap must be 0 seconds or more, got {max_gap_s}")
         self.checkpoint = model
+        self.filler = filler
+        self.max_gap_s = max_gap_s
 
     def clean(self, motion: Motion) -> Motion:
-        """Clean a motion whose gaps, if any, are NaN.
+        """Clean a motion whose gaps, if any, are NaN; gaps that are left open stay NaN.
 
         Raises
         ------
         ValueError
-            If the model was trained for another skeleton or frame rate.
+            If the motion's joints cannot be matched with the model's, or no angle was observed.
 
         Warns
         -----
         mocaplab.gap_filling.GapWarning
             If a channel was never observed; it is left at rest.
         """
-        return self.denoise(motion, ~np.isnan(motion.channels))
+        cleaned = self.clean_in_detail(motion)
+        return hide(cleaned.motion, ~cleaned.left) if cleaned.left.any() else cleaned.motion
 
     def denoise(self, observed: Motion, mask: BoolArray) -> Motion:
         """Return the cleaned motion; see :class:`mocaplab.filters.Denoiser`."""
-        self.checkpoint.require(observed.skeleton, observed.frame_time, observed.name)
-        return filter_motion(observed, self._smooth)
+        return self.clean_in_detail(observed).motion
+
+    def clean_in_detail(
+        self, motion: Motion, *, widths: bool = False, progress: bool = False
+    ) -> Cleaned:
+        """Clean a motion, and tell how.
+
+        Parameters
+        ----------
+        motion : Motion; NaN inside gaps
+        widths : bool
+            Also tell how widely each sample was smoothed.
+        progress : bool
+            Show a progress bar for a clip that is cleaned in several pieces.
+
+        Raises
+        ------
+        ValueError
+            See :meth:`clean`.
+        """
+        match = self.match(motion)
+        view = view_clip(motion)
+        job = PieceCleaner(self.checkpoint, self.filler, match, view)
+        result = np.empty_like(view.channels)
+        std_deg = np.broadcast_to(0.0, result.shape)  # takes no memory
+        if view.hidden.any():
+            check_observed(motion)
+            std_deg = np.zeros_like(result)
+        width_s = np.zeros_like(result) if widths else None
+        seen = view.hidden[:, ~view.unseen]
+        pieces = cut(np.any(seen, axis=1), job.rates.file_fps, job.rates.period)
+        bar = tqdm(pieces, "cleaning", unit="piece", disable=not progress or len(pieces) == 1)
+        for piece in bar:
+            kept = slice(piece.first, piece.last)
+            cleaned, std, width = job.clean(piece, widths=widths)
+            result[kept] = view.restore(cleaned, kept)
+            if std is not None:
+                std_deg[kept] = std
+            if width_s is not None:
+                width_s[kept] = width
+        left = long_runs(view.hidden, self.max_gap_s, motion.frame_time)
+        if left.any():
+            result = view.draw_lines(result, left)
+            std_deg = np.where(left, 0.0, std_deg)
+        return Cleaned(motion.with_channels(result), left, std_deg, width_s, match)
+
+    def match(self, motion: Motion) -> SkeletonMatch:
+        """Find the model's joints in a motion.
+
+        Raises
+        ------
+        ValueError
+            If that is not safe; the message says why, and how to train a model.
+        """
+        checkpoint, skeleton = self.checkpoint, motion.skeleton
+        model = self._model_skeleton()
+        if skeleton.channel_labels == checkpoint.channel_labels or model is None:
+            checkpoint.require(skeleton, checkpoint.frame_time, motion.name)
+            model = skeleton
+        else:
+            checkpoint.require(model, checkpoint.frame_time, motion.name)
+        try:
+            return match_skeletons(skeleton, model, checkpoint.constant)
+        except ValueError as error:
+            raise ValueError(
+                f"{motion.name}: the model was trained for another skeleton: {error}. "
+                f"Train one for yours with: mocaplab train FOLDER_OF_CLEAN_BVH -o model.safetensors"
+            ) from None
 
     def predict_sigma_s(self, motion: Motion) -> FloatArray:
-        """Predict how wide each angle is smoothed in each frame.
+        """Predict how wide EBF smooths each angle in each frame.
 
         Parameters
         ----------
@@ -83,104 +188,21 @@ class Cleaner:
         Raises
         ------
         ValueError
-            If the model is not one that predicts widths, or was trained for another skeleton.
+            If the model is not one that predicts widths, or was trained for another skeleton
+            or frame rate.
         """
         self.checkpoint.require(motion.skeleton, motion.frame_time, motion.name)
         model = self.checkpoint.model
         if not isinstance(model, EBF) or model.config.kernel != "gaussian":
             raise ValueError(f"{type(model).__name__} predicts no widths of Gaussians")
-        inputs, _ = self._inputs(motion)
-        with torch.no_grad():
-            sigma, _ = model.predict(*inputs)
-        result = np.zeros_like(motion.channels)
-        result[:, self.checkpoint.columns(motion.skeleton)] = sigma[0].numpy() * motion.frame_time
-        result[:, self.checkpoint.constant] = self.checkpoint.gaussian_s
-        result[:, ~moving_channels(motion)] = 0.0
-        return result
+        runner = NetworkRunner(self.checkpoint, motion.skeleton)
+        scale = measure_scale(motion.channels, np.isnan(motion.channels))
+        return runner.widths_s(motion, scale)
 
-    def _inputs(self, motion: Motion) -> tuple[list[torch.Tensor], FloatArray]:
-        """Return the pose and the root's velocity as a batch of one, and the pose's scale."""
-        columns = self.checkpoint.columns(motion.skeleton)
-        mean, std = motion.channels.mean(axis=0), motion.channels.std(axis=0)
-        pose = standardize(motion.channels, mean, std)[:, columns]
-        inputs = [torch.from_numpy(x).float()[None] for x in (pose, root_angular_velocity(motion))]
-        return inputs, std[columns]
-
-    def _smooth(self, motion: Motion) -> FloatArray:
-        """Clean a continuous motion without gaps."""
-        inputs, scale = self._inputs(motion)
-        with torch.no_grad():
-            change = self.checkpoint.model(*inputs) - inputs[0]
-        result = motion.channels.copy()
-        # Adding the change to the angles keeps the digits that float32 has no room for.
-        result[:, self.checkpoint.columns(motion.skeleton)] += change[0].numpy() * scale
-        unknown = self.checkpoint.constant & moving_channels(motion)
-        width_s = self.checkpoint.gaussian_s
-        result[:, unknown] = gaussian_filter(
-            motion.channels[:, unknown], width_s, motion.frame_time
-        )
-        return result
-
-
-@dataclass(frozen=True)
-class CleaningReport:
-    """What cleaning did to a motion."""
-
-    n_channels: int
-    n_changed: int  # channels with at least one changed sample
-    n_filled: int  # samples that were inside gaps
-    jitter_before: float  # file length units per second cubed, gaps filled by lerp
-    jitter_after: float
-    rms_change_deg: float  # over the changed channels
-    largest_change_deg: float
-    largest_channel: str  # where the largest change was made
-    largest_frame: int
-
-    def __str__(self) -> str:
-        if not self.n_changed:
-            return "nothing was changed"
-        fewer = 100 * (1 - self.jitter_after / self.jitter_before) if self.jitter_before else 0
-        lines = [
-            f"jitter (mean joint jerk)  before {self.jitter_before:,.0f}  "
-            f"after {self.jitter_after:,.0f} units/s^3  ({-fewer:+.0f} %)",
-            f"changed   {self.n_changed} of {self.n_channels} channels, "
-            f"by {self.rms_change_deg:.2f} degrees RMS",
-            f"largest   {self.largest_change_deg:.1f} degrees at {self.largest_channel}, "
-            f"frame {self.largest_frame}",
-            f"as before {self.n_channels - self.n_changed} channels: the root and those that "
-            f"do not move",
-        ]
-        if self.jitter_after > self.jitter_before:
-            lines.append(
-                "note      jitter rose: the file was clean, or its joints trembled together with "
-                "the root, which is left as it is"
-            )
-        if self.n_filled:
-            lines.append(f"filled    {self.n_filled} samples inside gaps")
-        return "\n".join(lines)
-
-
-def report_changes(before: Motion, after: Motion) -> CleaningReport:
-    """Compare a motion before and after cleaning.
-
-    Parameters
-    ----------
-    before, after : Motion
-        Of one skeleton and length; ``before`` may have NaN.
-    """
-    gaps = np.isnan(before.channels)
-    filled = lerp_gaps(before)
-    change = np.abs(after.channels - filled.channels)
-    changed = change.any(axis=0)
-    frame, channel = np.unravel_index(np.argmax(change), change.shape)
-    return CleaningReport(
-        n_channels=before.skeleton.n_channels,
-        n_changed=int(changed.sum()),
-        n_filled=int(gaps.sum()),
-        jitter_before=jitter(filled),
-        jitter_after=jitter(after),
-        rms_change_deg=float(np.sqrt(np.mean(change[:, changed] ** 2))) if changed.any() else 0.0,
-        largest_change_deg=float(change[frame, channel]),
-        largest_channel=before.skeleton.channel_labels[channel],
-        largest_frame=int(frame),
-    )
+    def _model_skeleton(self) -> Skeleton | None:
+        """Return the skeleton that the model was trained on; None for an older model file."""
+        if "skeleton" in self.checkpoint.info:
+            return skeleton_from_json(self.checkpoint.info["skeleton"])
+        embedded = load_motion_model().skeleton
+        ours = embedded.channel_labels == self.checkpoint.channel_labels
+        return embedded if ours else None

@@ -9,7 +9,7 @@ import sys
 import warnings
 from collections.abc import Callable, Sequence
 
-from mocaplab import __version__, commands, evaluate_command, reproduce_command
+from mocaplab import __version__, clean_command, commands, evaluate_command, reproduce_command
 from mocaplab.corruption import corruption_table
 from mocaplab.gap_filling import GapWarning
 from mocaplab.splits import KINDS
@@ -17,6 +17,7 @@ from mocaplab.splits import KINDS
 _EXAMPLES = """\
 examples:
   mocaplab clean noisy.bvh -o clean.bvh       clean a file with the trained network
+  mocaplab clean my_clips -o cleaned          clean all files of a folder
   mocaplab fuse one.bvh two.bvh -o fused.bvh  make one good file of two recordings
   mocaplab info walk.bvh                      what is in a file
   mocaplab corrupt walk.bvh --noise 0.5 --seed 1 -o noisy.bvh
@@ -93,16 +94,25 @@ def _parser() -> argparse.ArgumentParser:
         command.set_defaults(run=run)
         return command
 
-    clean = add(
-        commands.clean,
-        "clean a noisy BVH file",
-        "The root, joints that do not move, the hierarchy, the channel order and the frame time\n"
-        "come out exactly as they went in.\n\n"
-        "example:\n  mocaplab clean noisy.bvh -o clean.bvh",
+    _add_clean_options(
+        add(
+            clean_command.clean,
+            "clean a noisy BVH file, or a folder of them",
+            "The root, joints that do not move, the hierarchy, the channel order, the frame time\n"
+            "and the number of frames come out exactly as they went in. Any frame rate and any\n"
+            "length will do. Joints are matched with the model's by their names, and what was\n"
+            "matched is printed.\n\n"
+            "A folder is cleaned with its subfolders, on all cores. A bad file does not stop the\n"
+            "others, and is named at the end. After a stop, the same command goes on: files whose\n"
+            "output is there and not older are skipped.\n\n"
+            "examples:\n"
+            "  mocaplab clean noisy.bvh -o clean.bvh\n"
+            "  mocaplab clean noisy.bvh -o clean.bvh --report      and open clean.html\n"
+            "  mocaplab clean noisy.bvh -o clean.bvh --detect      frozen frames and spikes, too\n"
+            "  mocaplab clean holed.bvh -o full.bvh --gaps holed.gaps.csv --max-gap 1\n"
+            "  mocaplab clean my_clips -o my_clips_cleaned",
+        )
     )
-    clean.add_argument("file", metavar="IN.bvh", help="the file to clean")
-    _add_output(clean, "OUT.bvh", "the cleaned file")
-    _add_model(clean)
 
     _add_fuse_options(
         add(
@@ -200,6 +210,34 @@ def _parser() -> argparse.ArgumentParser:
     info = add(commands.info, "tell what is in a BVH file", "example:\n  mocaplab info walk.bvh")
     info.add_argument("file", metavar="FILE.bvh")
     return parser
+
+
+def _add_clean_options(clean: argparse.ArgumentParser) -> None:
+    clean.add_argument("file", metavar="IN", help="a BVH file, or a folder of them")
+    _add_output(clean, "OUT", "the cleaned file or folder")
+    clean.add_argument(
+        "--gaps",
+        metavar="LIST.csv",
+        help="where samples are missing, which a BVH file cannot say: a table with the columns "
+        "channel, first_frame, last_frame; a joint's name stands for all its angles",
+    )
+    clean.add_argument(
+        "--detect",
+        action="store_true",
+        help="look for frozen frames and single-frame spikes, and fill them like gaps",
+    )
+    clean.add_argument(
+        "--max-gap",
+        type=_seconds,
+        metavar="SECONDS",
+        help="do not fill longer gaps: a line is drawn across them, and OUT.gaps.csv lists them",
+    )
+    clean.add_argument(
+        "--report",
+        action="store_true",
+        help="write OUT.html beside the output, one page with pictures of what was done and why",
+    )
+    _add_model(clean)
 
 
 def _add_fuse_options(fuse: argparse.ArgumentParser) -> None:
@@ -303,6 +341,17 @@ def _count(text: str) -> int:
     if not text.isdecimal() or int(text) == 0:
         raise argparse.ArgumentTypeError(f"must be a whole number above 0, got {text!r}")
     return int(text)
+
+
+def _seconds(text: str) -> float:
+    """Read a time of 0 seconds or more."""
+    try:
+        seconds = float(text)
+    except ValueError:
+        seconds = -1.0
+    if not 0 <= seconds < float("inf"):
+        raise argparse.ArgumentTypeError(f"must be seconds, 0 or more, got {text!r}")
+    return seconds
 
 
 def _add_output(parser: argparse.ArgumentParser, metavar: str, text: str) -> None:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mocaplab.bvh import load_bvh, save_bvh
+from mocaplab.bvh import load_bvh, round_changes, save_bvh
 from mocaplab.capture_faults import hold_gaps
 from mocaplab.corruption import corrupt as corrupt_clip
 from mocaplab.corruption import snr_db
@@ -22,22 +22,8 @@ from mocaplab.files import check_writable
 from mocaplab.findings import summarize
 from mocaplab.gaps import hidden_share, save_gaps
 from mocaplab.measures import rms_moving_deg
-from mocaplab.motion import Motion, moving_channels
+from mocaplab.motion import moving_channels
 from mocaplab.movement import jitter
-
-
-def clean(options: argparse.Namespace) -> None:
-    """Clean a file and say what was changed."""
-    from mocaplab.cleaning import Cleaner, report_changes
-
-    check_writable(options.output)
-    noisy = load_bvh(options.file)
-    cleaner = Cleaner(options.model or "blend")
-    cleaned = cleaner.clean(noisy)
-    cleaned = _round_changes(noisy, cleaned)
-    save_bvh(cleaned, options.output)
-    print(report_changes(noisy, cleaned))
-    print(f"wrote     {options.output}")
 
 
 def fuse(options: argparse.Namespace) -> None:
@@ -64,7 +50,7 @@ def corrupt(options: argparse.Namespace) -> None:
     sign, offset = motion_continuity(motion)
     in_files_branch = sign * (held.channels - offset)
     channels = np.where(held.channels == clean.channels, motion.channels, in_files_branch)
-    save_bvh(_round_changes(motion, motion.with_channels(channels)), options.output)
+    save_bvh(round_changes(motion, motion.with_channels(channels)), options.output)
     error, moving = rms_moving_deg(held, clean), moving_channels(clean).sum()
     print(f"noise     {error:.2f} degrees RMS on the {moving} channels that move")
     print(f"SNR       {snr_db(corrupted):.1f} dB, over the samples that are not hidden")
@@ -74,12 +60,6 @@ def corrupt(options: argparse.Namespace) -> None:
     if hidden or gaps_file.exists():  # an older list would be wrong
         save_gaps(corrupted.mask, motion.skeleton, gaps_file)
         print(f"wrote     {gaps_file}, which lists the gaps: the BVH file has older values there")
-
-
-def _round_changes(before: Motion, after: Motion) -> Motion:
-    """Round the samples that were changed to a millionth of a degree; it keeps files small."""
-    same = after.channels == before.channels
-    return after.with_channels(np.where(same, before.channels, after.channels.round(6)))
 
 
 def train(options: argparse.Namespace) -> None:

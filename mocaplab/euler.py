@@ -15,6 +15,8 @@ from mocaplab.motion import BoolArray, FloatArray, Motion, Skeleton
 TREMBLING_DEG = 20.0
 """A joint that steps by more than this in half of all frames trembles too much to repair."""
 
+_SAMPLES_AT_ONCE = 1 << 18  # frames times joints; more take more memory, and are no faster
+
 
 def wrap_degrees(angles_deg: ArrayLike) -> FloatArray:
     """Bring angles into [-180, 180) degrees, without any rounding."""
@@ -197,19 +199,31 @@ def motion_continuity(motion: Motion) -> tuple[FloatArray, FloatArray]:
     """
     sign = np.ones_like(motion.channels)
     offset = np.zeros_like(motion.channels)
-    for order, (_, columns) in channels_of_order(motion.skeleton).items():
-        angles = motion.channels[:, columns]
-        if len(order) == 3:
-            sign[:, columns], offset[:, columns] = continuity(angles, order)
-        else:
-            offset[:, columns] = _full_turns(angles)
-    if motion.n_frames > 1:
-        steps = np.abs(wrap_degrees(np.diff(_hold(motion.channels), axis=0)))
-        trembles = (np.median(steps, axis=0) > TREMBLING_DEG) & motion.skeleton.is_rotation
-        joint = motion.skeleton.channel_joint
-        of_trembling_joint = np.isin(joint, joint[trembles])
-        sign[:, of_trembling_joint], offset[:, of_trembling_joint] = 1.0, 0.0
+    at_once = max(1, _SAMPLES_AT_ONCE // motion.n_frames)  # joints
+    for order, (_, all_columns) in channels_of_order(motion.skeleton).items():
+        for i in range(0, len(all_columns), at_once):
+            columns = all_columns[i : i + at_once]
+            angles = motion.channels[:, columns]
+            trembles = _trembles(angles)
+            if len(order) == 3:
+                turned, added = continuity(angles, order)
+            else:
+                turned, added = np.ones_like(angles), _full_turns(angles)
+            sign[:, columns] = np.where(trembles, 1.0, turned)
+            offset[:, columns] = np.where(trembles, 0.0, added)
     return sign, offset
+
+
+def _trembles(angles: FloatArray) -> BoolArray:
+    """Tell which joints step by more than ``TREMBLING_DEG`` in half of all frames.
+
+    The angles have shape (T, joints, n), what is returned (joints, 1).
+    """
+    if len(angles) < 2:
+        return np.zeros((angles.shape[1], 1), dtype=bool)
+    steps = np.abs(wrap_degrees(np.diff(_hold(angles), axis=0)))
+    too_far = np.median(steps, axis=0) > TREMBLING_DEG
+    return np.asarray(too_far.any(axis=-1, keepdims=True))
 
 
 def make_continuous(motion: Motion) -> Motion:

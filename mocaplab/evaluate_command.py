@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 from collections.abc import Sequence
 from difflib import get_close_matches
@@ -64,6 +63,7 @@ def _compare_all(options: argparse.Namespace) -> None:
     """Run every method on every holdout and corruption, and write tables and plots."""
     from mocaplab.comparison import make_jobs, usable_measures
     from mocaplab.job_runner import cluster_workers, local_workers, run_jobs
+    from mocaplab.worker_processes import count_cores
 
     recipes = read_recipes(options.noise)
     methods = read_methods(options.methods or "all")
@@ -133,12 +133,6 @@ def load_clips(source: str) -> tuple[Dataset, list[int] | None]:
     return dataset, [of_clip[clip.name] for clip in dataset.clips] if known else None
 
 
-def count_cores() -> int:
-    """Count the cores that this process may use."""
-    affinity = getattr(os, "sched_getaffinity", None)
-    return len(affinity(0)) if affinity else os.cpu_count() or 1
-
-
 def read_recipes(text: str) -> list[str]:
     """Read recipes joined by commas, or "all".
 
@@ -206,7 +200,8 @@ def _write_report(results: dict[Job, Result], title: str, folder: Path, seed: in
 
 def _score_model(options: argparse.Namespace) -> None:
     """Score a model, or those of the package, on clips that they were not trained on."""
-    from mocaplab.cleaning import SHIPPED, Cleaner
+    from mocaplab.checkpoints import SHIPPED
+    from mocaplab.cleaning import Cleaner
 
     cleaners = [Cleaner(model) for model in ([options.model] if options.model else SHIPPED)]
     if len(options.paths) == 1 and Path(options.paths[0]).is_dir():

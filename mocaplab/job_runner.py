@@ -6,10 +6,6 @@ disk.
 
 from __future__ import annotations
 
-import multiprocessing
-import os
-import signal
-import threading
 import traceback
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
@@ -18,7 +14,6 @@ from concurrent.futures import (
     BrokenExecutor,
     Executor,
     Future,
-    ProcessPoolExecutor,
     wait,
 )
 from contextlib import AbstractContextManager, contextmanager
@@ -37,8 +32,8 @@ from mocaplab.comparison import (
     versions,
 )
 from mocaplab.datasets import Dataset
+from mocaplab.worker_processes import worker_processes
 
-THREAD_LIMITS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 CONNECT_S = 10  # how long a scheduler may take to answer
 
 
@@ -56,40 +51,8 @@ OpenWorkers = Callable[[Dataset], AbstractContextManager[Workers]]
 @contextmanager
 def local_workers(dataset: Dataset, processes: int) -> Iterator[Workers]:
     """Start worker processes on this machine, one thread each."""
-    before = {name: os.environ.get(name) for name in THREAD_LIMITS}
-    children = set(multiprocessing.active_children())
-    os.environ.update(dict.fromkeys(THREAD_LIMITS, "1"))  # read when a worker imports numpy
-    executor = ProcessPoolExecutor(
-        processes, multiprocessing.get_context("spawn"), initializer=_start_worker
-    )
-    try:
+    with worker_processes(processes) as executor:
         yield Workers(executor, processes, dataset)
-        executor.shutdown()
-    except BaseException:  # what the workers are at would be lost in any case
-        executor.shutdown(wait=False, cancel_futures=True)
-        for child in set(multiprocessing.active_children()) - children:
-            child.terminate()
-        raise
-    finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
-
-
-def _start_worker() -> None:
-    """Leave Ctrl-C, which a terminal sends to every process, to the one that writes."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-
-
-def _end_with_parent() -> None:
-    """End when the process that takes the results is gone, however it ended."""
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)
 
 
 @contextmanager

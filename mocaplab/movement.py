@@ -14,6 +14,8 @@ from mocaplab.motion import BoolArray, FloatArray, Motion
 from mocaplab.motion_model import CM_PER_UNIT
 from mocaplab.rotations import matrix_to_rotation_vector
 
+_BLOCK = 4096  # frames
+
 
 def velocities(positions: ArrayLike, frame_time: float) -> FloatArray:
     """Velocity of points, by central differences.
@@ -135,11 +137,16 @@ def jitter(motion: Motion) -> float:
     -------
     float, file length units per second cubed; 0 for fewer than four frames
     """
-    positions, _ = forward_kinematics(motion)
-    if motion.n_frames < 4:
+    n_jerks = motion.n_frames - 3
+    if n_jerks < 1:
         return 0.0
-    jerk = np.diff(positions, n=3, axis=0) / motion.frame_time**3
-    return float(np.linalg.norm(jerk, axis=-1).mean())
+    total = 0.0
+    for start in range(0, n_jerks, _BLOCK):  # a long clip takes no more memory than a short one
+        block = motion.slice_frames(start, start + _BLOCK + 3)
+        positions, _ = forward_kinematics(block)
+        jerk = np.diff(positions, n=3, axis=0) / motion.frame_time**3
+        total += float(np.linalg.norm(jerk, axis=-1).mean(axis=1).sum())
+    return total / n_jerks
 
 
 def foot_points(motion: Motion) -> FloatArray:

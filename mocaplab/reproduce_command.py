@@ -9,8 +9,9 @@ from functools import partial
 from pathlib import Path
 from time import perf_counter
 
-from mocaplab.evaluate_command import count_cores, load_clips
+from mocaplab.evaluate_command import load_clips
 from mocaplab.files import check_writable
+from mocaplab.worker_processes import count_cores
 
 DEFAULT_FOLDER = "reproduction"
 

@@ -19,8 +19,7 @@ from typing import Any
 import numpy as np
 from torch import nn
 
-from mocaplab.checkpoints import Checkpoint, load_checkpoint
-from mocaplab.cleaning import shipped_checkpoint
+from mocaplab.checkpoints import Checkpoint, load_checkpoint, shipped_checkpoint
 from mocaplab.motion import CONSTANT_STD_DEG, FloatArray, Skeleton
 from mocaplab.networks import EBF
 from mocaplab.normalization import standardize

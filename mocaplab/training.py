@@ -31,6 +31,7 @@ from mocaplab.parallel import (
     training_device,
 )
 from mocaplab.recipe_lesson import RecipeLesson
+from mocaplab.skeleton_json import skeleton_to_json
 from mocaplab.train_config import TrainConfig
 from mocaplab.training_state import TrainingState, cosine_decay
 from mocaplab.tuning import tune_gaussian
@@ -137,6 +138,7 @@ def train(
         gaussian_per_channel_s=gaussian_per_channel_s,
         info={
             "train": fingerprint,
+            "skeleton": skeleton_to_json(clips[0].skeleton),
             "losses": state.losses,
             "validation_losses": state.validation_losses,
         },

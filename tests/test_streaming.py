@@ -7,8 +7,7 @@ import pytest
 import torch
 from torch import nn
 
-from mocaplab.checkpoints import Checkpoint, save_checkpoint
-from mocaplab.cleaning import shipped_checkpoint
+from mocaplab.checkpoints import Checkpoint, save_checkpoint, shipped_checkpoint
 from mocaplab.corruption import corrupt
 from mocaplab.euler import alternate_euler, make_continuous, motion_continuity, wrap_degrees
 from mocaplab.filters import gaussian_filter

@@ -94,8 +94,7 @@ class ContinuousAngles:
 
     def _of_joint(self, values: FloatArray | BoolArray) -> FloatArray:
         """Add up the values of each joint, and give every channel the sum of its joint."""
-        sums: FloatArray = np.bincount(self.joint, weights=values)[self.joint]
-        return sums
+        return np.bincount(self.joint, weights=values).astype(np.float64)[self.joint]
 
 
 class RootVelocity:

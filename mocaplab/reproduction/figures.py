@@ -15,7 +15,13 @@ from mocaplab.reproduction.figures_streaming import STREAMING
 from mocaplab.reproduction.figures_tables import TABLES
 
 _LISTS = (OVER_TIME, TABLES, NOISE_FIGURES, GAP_FIGURES, OWN, DETAIL, STREAMING, SOURCE_FIGURES)
-FIGURES: dict[str, Figure] = {figure.name: figure for some in _LISTS for figure in some}
+FIGURES: dict[str, Figure] = {
+    figure.name: figure
+    for figure in sorted(
+        (figure for some in _LISTS for figure in some),
+        key=lambda figure: int(figure.name) if figure.name.isdigit() else 99,
+    )
+}
 """Every figure and table; a new one is one entry in one of the lists."""
 
 

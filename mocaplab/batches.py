@@ -50,6 +50,8 @@ class Windows:
             raise ValueError(f"a piece of {n_frames} frames is all margin ({margin} a side)")
         self.n_frames, self.margin = n_frames, margin
         self.frame_time = clips[0].frame_time
+        joint = clips[0].skeleton.channel_joint
+        self.first_of_joint = np.searchsorted(joint, joint)  # of every channel, shape (C,)
         self.channels, self.velocities, self.lengths = [], [], []
         for clip in clips:
             # A clip shorter than a piece is played back and forth until it is long enough.
@@ -138,9 +140,15 @@ class Windows:
         gaps: tuple[float, float],
         rng: np.random.Generator,
     ) -> tuple[FloatArray, BoolArray]:
-        """Put gaps into the channels that move, close them by lines, and say where they are."""
+        """Put gaps into the channels that move, close them by lines, and say where they are.
+
+        In every second piece all angles of a joint are hidden together, as by a lost marker;
+        in the others single channels, as in paper A.
+        """
         by_frame = np.moveaxis(observed, 1, 0)  # (T, B, C)
-        inside = draw_runs(by_frame.shape, self.frame_time, *gaps, rng) & moves[:, 0]
+        inside = draw_runs(by_frame.shape, self.frame_time, *gaps, rng)
+        inside[:, ::2] = inside[:, ::2][..., self.first_of_joint]
+        inside &= moves[:, 0]
         inside[[0, -1]] = False
         holed = np.where(inside, np.nan, by_frame).reshape(self.n_frames, -1)
         closed = lerp_columns(holed).reshape(by_frame.shape)

@@ -134,20 +134,32 @@ def lines_std(motion: Motion) -> FloatArray:
     increment[longest + 1 :] = increment[longest]
     left, right = gap_ends(values)
     frames = np.arange(len(values))[:, None]
-    back, ahead = np.abs(frames - left), np.abs(right - frames)
-    whole = right - left
-    w = back / np.maximum(whole, 1)
-    v_back, v_ahead, v_whole = (
-        np.take_along_axis(increment, lag, axis=0) for lag in (back, ahead, whole)
-    )
-    variance = (1 - w) * v_back + w * v_ahead - w * (1 - w) * v_whole
-    variance = np.where(whole == 0, v_back, variance)  # held, beyond the outermost sample
+    lags = np.abs(frames - left), np.abs(right - frames), right - left
+    v_back, v_ahead, v_whole = (np.take_along_axis(increment, lag, axis=0) for lag in lags)
+    share = (frames - left) / np.maximum(right - left, 1)
+    variance = lines_variance(v_back, v_ahead, v_whole, share)
     noise = estimate_noise_std(np.where(hidden, 0.0, values), ~hidden)
     # Never less than the noise of one end, and some hundredths of what a step of a frame is.
     least = 0.5 * noise**2 + 1e-4 * increment[:2].max(axis=0) + 1e-12
     std = LINES_CAUTION * np.sqrt(np.maximum(variance - noise**2, least))
     std[:, never_observed(motion)] = np.inf
     return np.where(hidden, std, 0.0)
+
+
+def lines_variance(
+    v_back: FloatArray, v_ahead: FloatArray, v_whole: FloatArray, share: FloatArray
+) -> FloatArray:
+    """Return the variance of a line's error; see :func:`lines_std`.
+
+    Parameters
+    ----------
+    v_back, v_ahead, v_whole : arrays of one shape
+        The mean squared increments from one end, to the other end, and between both ends; the
+        last is 0 where there is one end only.
+    share : array, of the same shape: how much of the way is behind, 0 to 1
+    """
+    inside = (1 - share) * v_back + share * v_ahead - share * (1 - share) * v_whole
+    return np.where(v_whole > 0, inside, np.maximum(v_back, v_ahead))
 
 
 def mean_squared_increments(values: FloatArray) -> FloatArray:

@@ -51,7 +51,7 @@ def save_filler(filler: GaussianFiller, path: str | os.PathLike[str]) -> None:
         "caution": filler.caution,
         "trained_on": filler.trained_on,
     }
-    arrays = {
+    arrays: dict[str, np.ndarray] = {
         "covariance": half.astype(np.float32),
         "of_errors": filler.of_errors.shares,
         "of_angles": filler.of_angles.shares,

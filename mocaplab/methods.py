@@ -74,6 +74,12 @@ def _fit_lowrank(clips: Sequence[Corrupted]) -> Denoiser:
     return GapFiller(fit_lowrank_gaps(clips))
 
 
+def _fit_gap_gaussian(clips: Sequence[Corrupted]) -> Denoiser:
+    from mocaplab.gap_gaussian import fit_gaussian_filler
+
+    return GapFiller(fit_gaussian_filler(clips))
+
+
 METHODS: dict[str, Method] = {
     method.name: method
     for method in (
@@ -83,6 +89,7 @@ METHODS: dict[str, Method] = {
         Method("spline", "gaps by a spline", _untuned(GapFiller(spline_gaps))),
         Method("pca", "gaps by PCA", _fit_pca),
         Method("lowrank", "gaps by low rank and Kalman", _fit_lowrank),
+        Method("gap_gaussian", "gaps by a conditional Gaussian", _fit_gap_gaussian),
         # All others fill gaps by straight lines.
         Method("gaussian_58", "Gaussian 58 ms", _untuned(GaussianDenoiser(0.058))),
         Method("gaussian_125", "Gaussian 125 ms", _untuned(GaussianDenoiser(0.125))),
@@ -125,6 +132,7 @@ NETWORK_LABELS = {
     "nn": "NN (dense layers)",
     "ebd_denoiser": "EBD as denoiser",
     "blend": "Blend",
+    "ebd": "gaps by EBD",
 }
 """The networks, name -> label; :mod:`mocaplab.network_methods` trains them.
 

@@ -7,15 +7,19 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from mocaplab.blend import BlendConfig
-from mocaplab.checkpoints import load_checkpoint, save_checkpoint
+from mocaplab.checkpoints import Checkpoint, load_checkpoint, save_checkpoint
 from mocaplab.cleaning import Cleaner
 from mocaplab.corruption import parse_recipe
 from mocaplab.datasets import clip_digest
+from mocaplab.filters import Denoiser, GapFiller
+from mocaplab.gap_network import NetworkFiller, with_gap_errors
 from mocaplab.methods import part_network
 from mocaplab.motion import Motion
 from mocaplab.networks import EBDConfig, EBFConfig, NNConfig
-from mocaplab.train_config import BLEND_TRAINING, TrainConfig
+from mocaplab.train_config import BLEND_TRAINING, EBD_TRAINING, TrainConfig
 from mocaplab.training import train
 
 SHAPES: dict[str, Callable[[int], Any]] = {
@@ -26,13 +30,14 @@ SHAPES: dict[str, Callable[[int], Any]] = {
     "nn": NNConfig,
     "ebd_denoiser": EBDConfig,
     "blend": BlendConfig,
+    "ebd": EBDConfig,
 }
 """For the name of a method, a function from the number of channels to a network's shape."""
 
 
 def training_recipe(name: str, epochs: int | None, seed: int = 0) -> TrainConfig:
     """Return how a network of this name is trained; without epochs, for its usual number."""
-    config = BLEND_TRAINING if SHAPES[name] is BlendConfig else TrainConfig()
+    config = {"blend": BLEND_TRAINING, "ebd": EBD_TRAINING}.get(name, TrainConfig())
     return replace(config, seed=seed, epochs=epochs or config.epochs)
 
 
@@ -51,7 +56,7 @@ def training_noise(config: TrainConfig, recipe: str) -> tuple[TrainConfig, str |
 
 def train_method(
     name: str, clips: Sequence[Motion], epochs: int | None, model: Path | None, state: Path | None
-) -> Cleaner:
+) -> Denoiser:
     """Train a network on clean clips, or load it if that was done before.
 
     Parameters
@@ -82,10 +87,20 @@ def train_method(
             or checkpoint.info["train"].get("recipe") != recipe
         ):
             raise ValueError(f"{model} was trained on other clips or otherwise; take it away")
-        return Cleaner(checkpoint)
+        return _denoiser(checkpoint)
     checkpoint = train(clips, config, shape, recipe=recipe, state_path=state, progress=False)
+    if network == "ebd":
+        rng = np.random.default_rng(config.seed)
+        checkpoint = with_gap_errors(checkpoint, clips, rng=rng)
     if model is not None:
         save_checkpoint(checkpoint, model)
     if state is not None:
         state.unlink(missing_ok=True)
+    return _denoiser(checkpoint)
+
+
+def _denoiser(checkpoint: Checkpoint) -> Denoiser:
+    """Use a network for what it was trained for: to clean, or to fill gaps."""
+    if "gap_errors" in checkpoint.info:
+        return GapFiller(NetworkFiller(checkpoint))
     return Cleaner(checkpoint)

@@ -89,3 +89,15 @@ def test_the_shares_of_a_batch_are_the_batch(walk):
     parts = [batch.share(i, 2) for i in range(2)]
     assert [len(part.clean) for part in parts] == [3, 2]
     np.testing.assert_array_equal(parts[1].observed, batch.observed[1::2])
+
+
+def test_gaps_of_every_second_piece_are_those_of_whole_joints(walk):
+    windows = Windows([walk], 120, 15)
+    batch = next(windows.batches(4, (0.0, 0.0), gaps=(0.01, 0.1), rng=np.random.default_rng(0)))
+    moving = moving_channels(walk)
+    joint = walk.skeleton.channel_joint
+    together = []
+    for number in np.unique(joint[moving]):
+        of_joint = batch.counted[..., moving & (joint == number)]
+        together.append((of_joint.all(axis=-1) == of_joint.any(axis=-1)).all(axis=1))
+    assert np.all(together, axis=0).tolist() == [True, False, True, False]

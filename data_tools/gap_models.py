@@ -1,0 +1,49 @@
+"""Make the gap fillers that come with the package.
+
+python -m data_tools.gap_models CLIPS -o mocaplab/data/gaps.safetensors
+python -m data_tools.gap_models CLIPS --model ebd -o mocaplab/data/ebd.safetensors
+
+The clips are split as ``mocaplab train`` splits them; the held-out ones are not looked at.
+"""
+
+from __future__ import annotations
+
+import argparse
+
+import numpy as np
+
+from mocaplab.checkpoints import save_checkpoint
+from mocaplab.datasets import Dataset, load_folder, split_holdout
+from mocaplab.files import check_writable
+from mocaplab.gap_files import fit_to_motions, save_filler
+from mocaplab.gap_network import with_gap_errors
+from mocaplab.network_methods import SHAPES, training_recipe
+from mocaplab.training import train
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Fit or train a gap filler and write it."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("clips", help="folder of clean BVH files")
+    parser.add_argument("-o", "--output", required=True, help="file to write")
+    parser.add_argument("--model", choices=("gaussian", "ebd"), default="gaussian")
+    parser.add_argument("--epochs", type=int, default=None, help="of EBD (default: 200)")
+    parser.add_argument("--seed", type=int, default=0)
+    options = parser.parse_args(arguments)
+    check_writable(options.output)
+    training, _ = split_holdout(load_folder(options.clips), seed=options.seed)
+    if options.model == "gaussian":
+        save_filler(fit_to_motions(training.clips), options.output)
+    else:
+        _train_ebd(training, options.epochs, options.seed, options.output)
+    print(f"wrote {options.output}")
+
+
+def _train_ebd(training: Dataset, epochs: int | None, seed: int, path: str) -> None:
+    checkpoint = train(training.clips, training_recipe("ebd", epochs, seed), SHAPES["ebd"])
+    rng = np.random.default_rng(seed)
+    save_checkpoint(with_gap_errors(checkpoint, training.clips, rng=rng), path)
+
+
+if __name__ == "__main__":
+    main()

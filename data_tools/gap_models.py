@@ -9,14 +9,18 @@ The clips are split as ``mocaplab train`` splits them; the held-out ones are not
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from mocaplab.checkpoints import save_checkpoint
-from mocaplab.datasets import Dataset, load_folder, split_holdout
+from mocaplab.datasets import Dataset, clip_digest, load_folder, split_holdout
 from mocaplab.files import check_writable
-from mocaplab.gap_files import fit_to_motions, save_filler
+from mocaplab.gap_files import save_filler
+from mocaplab.gap_gaussian import GaussianFiller, fit_gaussian_filler
 from mocaplab.gap_network import with_gap_errors
+from mocaplab.motion import Corrupted, Motion
 from mocaplab.network_methods import SHAPES, training_recipe
 from mocaplab.training import train
 
@@ -37,6 +41,13 @@ def main(arguments: list[str] | None = None) -> None:
     else:
         _train_ebd(training, options.epochs, options.seed, options.output)
     print(f"wrote {options.output}")
+
+
+def fit_to_motions(clips: Sequence[Motion]) -> GaussianFiller:
+    """Fit a gap filler to clean clips of one skeleton, and note which these are."""
+    pairs = [Corrupted(clip, clip, np.ones(clip.channels.shape, dtype=bool)) for clip in clips]
+    seen = {clip.name: clip_digest(clip) for clip in clips}
+    return replace(fit_gaussian_filler(pairs), trained_on=seen)
 
 
 def _train_ebd(training: Dataset, epochs: int | None, seed: int, path: str) -> None:

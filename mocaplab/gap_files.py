@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Mapping
 from importlib.resources import as_file, files
 from pathlib import Path
 from typing import Any
@@ -19,11 +18,9 @@ from safetensors import SafetensorError, safe_open
 from safetensors.numpy import save
 
 from mocaplab.conditional_gaussian import N_COSINES, ROOT
-from mocaplab.datasets import clip_digest
 from mocaplab.files import FormatError, write_atomically
-from mocaplab.gap_gaussian import GaussianFiller, fit_gaussian_filler
+from mocaplab.gap_gaussian import GaussianFiller
 from mocaplab.kriging import WIDTHS_S, Smoothness
-from mocaplab.motion import Corrupted, Motion
 
 FORMAT = "mocaplab-gaps-1"
 
@@ -32,13 +29,6 @@ def shipped_filler() -> GaussianFiller:
     """Load the gap filler that comes with the package, fitted to CMU clips of 31 joints."""
     with as_file(files("mocaplab") / "data" / "gaps.safetensors") as path:
         return load_filler(path)
-
-
-def fit_to_motions(clips: Sequence[Motion]) -> GaussianFiller:
-    """Fit a gap filler to clean clips of one skeleton, and note which these are."""
-    pairs = [Corrupted(clip, clip, np.ones(clip.channels.shape, dtype=bool)) for clip in clips]
-    seen = {clip.name: clip_digest(clip) for clip in clips}
-    return replace(fit_gaussian_filler(pairs), trained_on=seen)
 
 
 def save_filler(filler: GaussianFiller, path: str | os.PathLike[str]) -> None:

@@ -17,8 +17,7 @@ from dataclasses import replace
 import numpy as np
 import torch
 
-from mocaplab.checkpoints import Checkpoint, load_checkpoint
-from mocaplab.cleaning import shipped_checkpoint
+from mocaplab.checkpoints import Checkpoint, load_checkpoint, shipped_checkpoint
 from mocaplab.filled import Filled, check_observed, lines_std
 from mocaplab.gap_filling import gap_ends, lerp_gaps
 from mocaplab.gaps import hide, long_gap_mask

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from safetensors.numpy import load_file, save_file
 
+from data_tools.gap_models import fit_to_motions
 from mocaplab.datasets import clip_digest
 from mocaplab.files import FormatError
-from mocaplab.gap_files import fit_to_motions, load_filler, save_filler, shipped_filler
+from mocaplab.gap_files import load_filler, save_filler, shipped_filler
 from mocaplab.gaps import hide, long_gap_mask
 
 
@@ -69,7 +70,7 @@ def test_other_files_are_refused(tmp_path):
 
 
 def test_the_shipped_one_has_not_seen_the_clips_held_out_from_the_cleaners():
-    from mocaplab.cleaning import shipped_checkpoint
+    from mocaplab.checkpoints import shipped_checkpoint
 
     assert shipped_filler().trained_on == shipped_checkpoint("ebf").trained_on
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mocaplab.cleaning import shipped_checkpoint
+from mocaplab.checkpoints import shipped_checkpoint
 from mocaplab.gap_filling import GapWarning, lerp_gaps
 from mocaplab.gap_network import DISTANCES_S, NetworkFiller, with_gap_errors
 from mocaplab.gaps import hide, long_gap_mask

@@ -68,6 +68,7 @@ weights: $(BIN)/.lab  ## train the shipped weights anew, on the clips in MOCAPLA
 notebooks: $(BIN)/.dev  ## run the notebooks and store them with their outputs
 	$(BIN)/python -m data_tools.draw_cleaning -o notebooks/images/cleaning.png
 	$(BIN)/python -m data_tools.draw_bvh_kinematics -o notebooks/images/bvh_kinematics.png
+	$(BIN)/python -m data_tools.draw_lab -o notebooks/images/lab.png
 	$(BIN)/python -m data_tools.run_notebooks
 
 assignments: $(BIN)/.dev  ## make the editions of the graded assignments, and try the grading

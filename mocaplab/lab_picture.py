@@ -38,7 +38,7 @@ def draw_lab(
     versions = {"observed": scene.filled, "Gaussian": scene.gaussian(sigma_s, look_ahead_s)}
     versions |= {**scene.cleaned, "clean": scene.corrupted.clean}
     plot_channel(versions, channel, ax=axes["curves"])
-    _draw_error_curve(axes["widths"], scene, sigma_s, look_ahead_s)
+    draw_error_curve(axes["widths"], scene, sigma_s, look_ahead_s)
     errors = scene.errors_deg(sigma_s, look_ahead_s)
     plot_errors(
         {name: [error] for name, error in errors.items()},
@@ -49,7 +49,10 @@ def draw_lab(
     return figure
 
 
-def _draw_error_curve(ax: Axes, scene: Scene, sigma_s: float, look_ahead_s: float | None) -> None:
+def draw_error_curve(
+    ax: Axes, scene: Scene, sigma_s: float, look_ahead_s: float | None = None
+) -> None:
+    """Draw the error of the Gaussian over its width, and where the networks stand."""
     row = LOOK_AHEADS_S.index(look_ahead_s)
     curve, errors = scene.gaussian_rms[row], scene.errors_deg(sigma_s, look_ahead_s)
     ax.plot(1000 * WIDTHS_S, curve, color=COLORS["Gaussian"], label="Gaussian")
@@ -61,7 +64,7 @@ def _draw_error_curve(ax: Axes, scene: Scene, sigma_s: float, look_ahead_s: floa
     ax.set_xscale("log", base=2)
     ax.xaxis.set_major_formatter("{x:g}")
     ax.set_ylim(bottom=0)
-    ax.set(xlabel="width sigma, ms", ylabel="RMS error over all joint angles, degrees")
+    ax.set(xlabel="width sigma, ms", ylabel="RMS error, all joint angles, degrees")
     ax.legend(frameon=False, fontsize="small")
 
 

@@ -1,4 +1,4 @@
-"""The first notebook in a real JupyterLab, seen through a real browser.
+"""The notebooks with widgets in a real JupyterLab, and as saved pages, in a real browser.
 
 Skipped where the Python package playwright or a Chromium browser is missing. Both can
 be put anywhere: JupyterLab is started as a program of its own (MOCAPLAB_JUPYTER names
@@ -22,6 +22,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 playwright = pytest.importorskip(
@@ -29,7 +30,7 @@ playwright = pytest.importorskip(
 )
 
 ROOT = Path(__file__).resolve().parent.parent
-NOTEBOOK = "00_start_here.ipynb"
+START, LAB = "00_start_here.ipynb", "07_interactive_lab.ipynb"
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 START_S, RUN_S = 120, 240
 
@@ -54,13 +55,18 @@ def jupyter() -> str:
     pytest.skip("no JupyterLab: pip install 'mocaplab[lab]', or set MOCAPLAB_JUPYTER")
 
 
-@pytest.fixture
-def lab(tmp_path: Path) -> Iterator[str]:
-    """Start JupyterLab on a copy of the notebooks; yields its address."""
+def folder_of_notebooks() -> Path:
     folder = Path(os.environ.get("MOCAPLAB_NOTEBOOKS", ROOT / "notebooks"))
-    if not (folder / NOTEBOOK).exists():
-        pytest.skip(f"there is no {NOTEBOOK} in {folder.name}/")
-    notebooks = shutil.copytree(folder, tmp_path / "notebooks")
+    for name in (START, LAB):
+        if not (folder / name).exists():
+            pytest.skip(f"there is no {name} in {folder.name}/")
+    return folder
+
+
+@pytest.fixture
+def server(tmp_path: Path) -> Iterator[str]:
+    """Start JupyterLab on a copy of the notebooks; yields its address."""
+    notebooks = shutil.copytree(folder_of_notebooks(), tmp_path / "notebooks")
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         port = probe.getsockname()[1]
@@ -127,8 +133,8 @@ def choose(page: Any, menu: str, *entries: str) -> None:
     page.get_by_text(entries[-1], exact=True).click()
 
 
-def run_all(page: Any, address: str) -> None:
-    page.goto(f"{address}/lab/tree/{NOTEBOOK}?reset")
+def run_all(page: Any, address: str, notebook: str) -> None:
+    page.goto(f"{address}/lab/tree/{notebook}?reset")
     page.wait_for_selector(".jp-Notebook .jp-CodeCell")
     # Before its kernel is ready, Lab answers Run with a question about kernels.
     page.get_by_text(re.compile(r"\| Idle$")).wait_for()
@@ -147,13 +153,21 @@ def run_all(page: Any, address: str) -> None:
     )
 
 
-def saved_cells(page: Any, address: str) -> list[dict[str, Any]]:
+def saved_cells(page: Any, address: str, notebook: str) -> list[dict[str, Any]]:
     """Save the notebook and read it back: the page itself may leave out far-off cells."""
     choose(page, "File", "Save Notebook")
     page.wait_for_selector(".jp-mod-dirty", state="detached")
-    with urllib.request.urlopen(f"{address}/api/contents/{NOTEBOOK}", timeout=30) as answer:
+    with urllib.request.urlopen(f"{address}/api/contents/{notebook}", timeout=30) as answer:
         cells: list[dict[str, Any]] = json.load(answer)["content"]["cells"]
     return cells
+
+
+def assert_all_ran(page: Any, address: str, notebook: str) -> None:
+    cells = saved_cells(page, address, notebook)
+    cells = [c for c in cells if c["cell_type"] == "code" and c["source"]]
+    assert not [o for cell in cells for o in cell["outputs"] if o["output_type"] == "error"]
+    assert all(cell["execution_count"] for cell in cells)
+    assert "Error displaying widget" not in page.locator(".jp-Notebook").inner_text()
 
 
 def picture(canvas: Any) -> str:
@@ -161,29 +175,98 @@ def picture(canvas: Any) -> str:
     return drawn
 
 
-def test_start_here_runs_and_the_player_plays(page: Any, lab: str) -> None:
-    failures: list[str] = []
-    page.on("pageerror", lambda error: failures.append(str(error)))
-    run_all(page, lab)
+def wait_for_change(page: Any, canvas: Any, before: str, limit_ms: int = 60_000) -> None:
+    page.wait_for_function(
+        "([canvas, before]) => canvas.toDataURL() !== before",
+        arg=[canvas.element_handle(), before],
+        timeout=limit_ms,
+    )
 
-    cells = [c for c in saved_cells(page, lab) if c["cell_type"] == "code" and c["source"]]
-    errors = [o for cell in cells for o in cell["outputs"] if o["output_type"] == "error"]
-    assert not errors
-    assert all(cell["execution_count"] for cell in cells)
-    assert "Error displaying widget" not in page.locator(".jp-Notebook").inner_text()
 
-    player = page.locator(".mocaplab-player").first
-    player.scroll_into_view_if_needed()
-    canvas = player.locator("canvas")
-    canvas.wait_for()
-    keep(page, "lab_light")
-
+def assert_plays(page: Any, player: Any) -> None:
+    canvas = player.locator("canvas").first
     before = picture(canvas)
     player.get_by_role("button", name="Play").click()
     page.wait_for_timeout(1000)
     player.get_by_role("button", name="Pause").click()
     page.wait_for_timeout(300)
     assert picture(canvas) != before, "the picture did not move after Play"
+
+
+def latencies_ms(page: Any, slider: Any, canvas: Any, moves: int = 30) -> list[float]:
+    """Measure the time from a move of a slider to the new picture on a canvas."""
+    times: list[float] = page.evaluate(
+        """async ([slider, canvas, moves]) => {
+          const pen = canvas.getContext("2d");
+          const look = () => { // much faster than a PNG
+            const { data } = pen.getImageData(0, 0, canvas.width, canvas.height);
+            let sum = 0;
+            for (let i = 0; i < data.length; i++) sum = (31 * sum + data[i]) | 0;
+            return sum;
+          };
+          const times = [];
+          const [low, high] = [Number(slider.min), Number(slider.max)];
+          for (let i = 0; i < moves; i++) {
+            const before = look();
+            const share = ((i * 7) % moves) / moves; // all over the slider
+            let value = low + Math.round(share * (high - low));
+            if (value === Number(slider.value)) value += value < high ? 1 : -1;
+            const start = performance.now();
+            slider.value = value;
+            slider.dispatchEvent(new Event("input", { bubbles: true }));
+            do await new Promise(requestAnimationFrame);
+            while (look() === before && performance.now() - start < 5000);
+            times.push(performance.now() - start);
+          }
+          return times;
+        }""",
+        [slider.element_handle(), canvas.element_handle(), moves],
+    )
+    return times
+
+
+def tell(name: str, times: list[float]) -> None:
+    """Print a measurement and keep it beside the screenshots."""
+    line = f"{name}: median {np.median(times):.0f} ms, worst {max(times):.0f} ms of {len(times)}"
+    print(line)
+    if folder := os.environ.get("MOCAPLAB_SCREENSHOTS"):
+        Path(folder).mkdir(parents=True, exist_ok=True)
+        with (Path(folder) / "latency.txt").open("a") as file:
+            file.write(line + "\n")
+
+
+def assert_a_joint_can_be_picked(page: Any, player: Any) -> None:
+    """Click over the body until a joint is hit; its curve comes up, and its trail."""
+    canvas = player.locator("canvas").first
+    strip = player.locator("canvas").nth(1)
+    assert not strip.is_visible()
+    box = canvas.bounding_box()
+    for share in np.linspace(0.2, 0.8, 40):
+        canvas.click(position={"x": 0.5 * box["width"], "y": share * box["height"]})
+        page.wait_for_timeout(50)
+        if strip.is_visible():
+            break
+    assert strip.is_visible(), "no click found a joint"
+    before = picture(canvas)
+    player.get_by_label("trails").check()
+    page.wait_for_timeout(200)
+    assert picture(canvas) != before, "trails should show"
+    keep(page, "start_picked")
+
+
+def test_start_here_runs_and_the_player_plays(page: Any, server: str) -> None:
+    failures: list[str] = []
+    page.on("pageerror", lambda error: failures.append(str(error)))
+    run_all(page, server, START)
+    assert_all_ran(page, server, START)
+
+    player = page.locator(".mocaplab-player").first
+    player.scroll_into_view_if_needed()
+    canvas = player.locator("canvas").first
+    canvas.wait_for()
+    keep(page, "start_light")
+    before = picture(canvas)
+    assert_plays(page, player)
 
     slider = player.get_by_role("slider", name="Frame")
     slider.focus()
@@ -211,8 +294,104 @@ def test_start_here_runs_and_the_player_plays(page: Any, lab: str) -> None:
     page.wait_for_timeout(200)
     assert picture(canvas) == light
 
+    assert_a_joint_can_be_picked(page, player)
+    light = picture(canvas)
     choose(page, "Settings", "Theme", "JupyterLab Dark")
     page.wait_for_timeout(2000)
     assert picture(canvas) != light, "the colours should follow Lab's theme"
+    keep(page, "start_dark")
+    assert not failures
+
+
+def test_the_lab_answers(page: Any, server: str) -> None:
+    failures: list[str] = []
+    page.on("pageerror", lambda error: failures.append(str(error)))
+    run_all(page, server, LAB)
+    assert_all_ran(page, server, LAB)
+    lab = page.locator(".mocaplab-lab").first
+    lab.scroll_into_view_if_needed()
+    curves = lab.get_by_role("img", name="Curves of the channel over time")
+    errors = lab.get_by_role("img", name="Error of the Gaussian over its width")
+    curves.wait_for()
+    keep(page, "lab_light")
+
+    for name in ("Gaussian sigma", "Look-ahead"):
+        slider = lab.get_by_role("slider", name=name)
+        tell(name, latencies_ms(page, slider, errors))
+        for value in ("min", "max"):
+            slider.evaluate(
+                "(s, end) => { s.value = s[end]; s.dispatchEvent(new Event('input')); }", value
+            )
+            page.wait_for_timeout(100)
+    tell("Frame", latencies_ms(page, lab.get_by_role("slider", name="Frame"), curves))
+
+    for name in ("Joint", "Channel"):
+        before = picture(curves)
+        menu = lab.get_by_role("combobox", name=name)
+        menu.select_option(index=1 if name == "Channel" else 4)
+        wait_for_change(page, curves, before)
+    heat = lab.get_by_role("img", name="Widths that EBF chose")
+    heading = lab.locator("h4").first
+    before_text = heading.inner_text()
+    heat.click(position={"x": 200, "y": 60})
+    page.wait_for_timeout(200)
+    assert heading.inner_text() != before_text, "a click on the map should go there"
+
+    assert_wishes_are_met(page, lab, curves)
+    assert_plays(page, lab.locator(".mocaplab-player"))
+
+    page.set_viewport_size({"width": 1024, "height": 1000})
+    choose(page, "Settings", "Theme", "JupyterLab Dark")
+    page.wait_for_timeout(1500)
+    lab.scroll_into_view_if_needed()
     keep(page, "lab_dark")
     assert not failures
+
+
+def assert_wishes_are_met(page: Any, lab: Any, curves: Any) -> None:
+    """Other noise and gaps come from Python, with a mark until they are there."""
+    times = []
+    for name, value in (("Noise amount", "0.9"), ("Gap length", "0.6"), ("Noise amount", "0.2")):
+        before = picture(curves)
+        start = time.monotonic()
+        lab.get_by_role("slider", name=name).evaluate(
+            "(s, value) => { s.value = value; s.dispatchEvent(new Event('input')); }", value
+        )
+        page.wait_for_selector(".mocaplab-lab.busy")
+        wait_for_change(page, curves, before)
+        page.wait_for_selector(".mocaplab-lab.busy", state="detached")
+        times.append(1000 * (time.monotonic() - start))
+    before = picture(curves)
+    lab.get_by_role("combobox", name="Noise", exact=True).select_option("spikes")
+    wait_for_change(page, curves, before)
+    tell("Noise amount and gap, through Python", times)
+    keep(page, "lab_spikes_and_gaps")
+
+
+@pytest.mark.parametrize("notebook", [START, LAB])
+def test_saved_pages_play_without_a_kernel(page: Any, tmp_path: Path, notebook: str) -> None:
+    source = folder_of_notebooks() / notebook
+    command = [jupyter(), "nbconvert", "--to", "html", str(source), "--output-dir", str(tmp_path)]
+    subprocess.run(command, check=True, capture_output=True, timeout=RUN_S)
+    failures: list[str] = []
+    page.on("pageerror", lambda error: failures.append(str(error)))
+    page.context.set_offline(True)
+    page.goto((tmp_path / notebook).with_suffix(".html").as_uri(), wait_until="domcontentloaded")
+    player = page.locator(".mocaplab-player").first
+    player.wait_for()
+    player.scroll_into_view_if_needed()
+    assert_plays(page, player)
+    if notebook == LAB:
+        lab = page.locator(".mocaplab-lab").first
+        curves = lab.get_by_role("img", name="Curves of the channel over time")
+        errors = lab.get_by_role("img", name="Error of the Gaussian over its width")
+        for name in ("Gaussian sigma", "Look-ahead"):
+            tell(f"{name}, saved page", latencies_ms(page, lab.get_by_label(name), errors))
+        before = picture(curves)
+        lab.get_by_role("combobox", name="Joint").select_option(index=4)
+        wait_for_change(page, curves, before)
+        assert lab.get_by_role("slider", name="Noise amount").is_disabled()
+        lab.scroll_into_view_if_needed()
+    keep(page, f"saved_{notebook[:2]}")
+    own = [text for text in failures if "require" not in text and "MathJax" not in text]
+    assert not own

@@ -157,7 +157,7 @@ def test_in_a_kernel_wishes_are_met_beside_the_main_path(lab):
 
 def test_200_moves_leave_no_figure(lab):
     for i in range(200):
-        lab.set_state({"sigma_s": float(WIDTHS_S[i % 49]), "frame": i % 130})
+        lab.set_state({"sigma_s": float(WIDTHS_S[i % len(WIDTHS_S)]), "frame": i % 130})
         if i % 100 == 0:
             wish(lab, amount=0.1 + 0.004 * i)
             lab.to_html()

@@ -141,6 +141,7 @@ LAYERS = [
         "clean_pictures",
         "exercises_beyond",
         "exercises_bvh",
+        "exercises_lab",
         "exercises_ebf",
         "exercises_noise",
         "exercises_smoothing",

@@ -8,7 +8,7 @@ const LAB_CSS = `
 .mocaplab-lab .bar { border-bottom: 1px solid var(--jp-border-color2, #ccc); }
 .mocaplab-lab .bar label > input[type=range] { width: 140px; flex: 0 1 140px; }
 .mocaplab-lab .row { display: flex; flex-wrap: wrap; }
-.mocaplab-lab .row > div { flex: 1 1 380px; min-width: 0; }
+.mocaplab-lab .row > div { flex: 1 1 280px; min-width: 0; }
 .mocaplab-lab h4 { margin: 8px 10px 2px; font: inherit; font-weight: 600; }
 .mocaplab-lab h4 select { margin-left: 6px; font-weight: 400; }
 .mocaplab-lab .note { padding: 6px 10px; }
@@ -42,6 +42,7 @@ function mountLab(element, firstData, onChange = () => {}, onWish = null) {
   let player = null;
   let wishTimer = 0;
   let drawRequest = 0;
+  let mapIsOld = true; // the map is large, and a new width does not change it
   let scope = "channel"; // or "all": what the errors are taken over
   const view = { ...HOME };
   const shown = { observed: true, Gaussian: true, EBF: true, Blend: true, clean: true };
@@ -154,15 +155,18 @@ function mountLab(element, firstData, onChange = () => {}, onWish = null) {
     const frameAt = drawCurves(curves, look);
     drawErrorCurve(errorCurve, look);
     drawBars(bars, look);
-    const placeAt = drawWidths(map, look);
     curves.onclick = ({ offsetX }) => frameAt && change({ frame: frameAt(offsetX) });
+    if (!mapIsOld) return;
+    const placeAt = drawWidths(map, look);
     map.onclick = ({ offsetX, offsetY }) => {
       const place = placeAt && placeAt(offsetX, offsetY);
       if (place) change({ frame: place.frame, channel: firstChannel(place.joint) });
     };
+    mapIsOld = false;
   }
 
-  function requestDraw() {
+  function requestDraw(all = true) {
+    mapIsOld = mapIsOld || all;
     if (!drawRequest) drawRequest = requestAnimationFrame(draw);
   }
 
@@ -213,7 +217,7 @@ function mountLab(element, firstData, onChange = () => {}, onWish = null) {
     else if ("lookAhead" in changes) (takeErrors(), takeWidth());
     else if ("width" in changes) takeWidth();
     showControls();
-    requestDraw();
+    requestDraw("channel" in changes || "frame" in changes);
     if (!player) return;
     if ("channel" in changes) player.set({ picked: data.joints[look.joint] });
     if ("frame" in changes && !fromPlayer) player.set({ frame: look.frame });

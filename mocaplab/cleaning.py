@@ -125,12 +125,13 @@ class Cleaner:
             See :meth:`clean`.
         """
         match = self.match(motion)
+        if np.isnan(motion.channels).any():
+            check_observed(motion)
         view = view_clip(motion)
         job = PieceCleaner(self.checkpoint, self.filler, match, view)
         result = np.empty_like(view.channels)
         std_deg = np.broadcast_to(0.0, result.shape)  # takes no memory
         if view.hidden.any():
-            check_observed(motion)
             std_deg = np.zeros_like(result)
         width_s = np.zeros_like(result) if widths else None
         seen = view.hidden[:, ~view.unseen]

@@ -5,7 +5,7 @@ by itself. Of a noisy file with 30, interpolation makes slow waves of the same s
 look like movement and would be left in. So the frames between get noise as well, of the kind
 that a recording at 120 would have had: only what is too fast for the file's own rate, and as
 strong as the noise already there. The network then sees white noise, and takes it out together
-with the rest.
+with the rest. On the way down from a higher rate, what is too fast for the model's is smoothed.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from mocaplab.resampling import nominal_fps, resample
 SAME_RATE = 0.01
 """Rates that differ by less than this share are taken as equal: 119.88 and 120."""
 CUT_S = 0.375
-"""Times 1 / fps: the width of the Gaussian that halves what is at half the file's rate."""
+"""Times 1 / fps: the width of the Gaussian that halves what is at half the lower rate."""
 LONGEST_PERIOD = 200
 """Frames after which the two time grids should meet again; otherwise they are not aligned."""
 
@@ -54,12 +54,16 @@ class RateMatch:
 
     @property
     def noise_factor(self) -> float:
-        """How much stronger white noise of the model's rate is that spoils slow movement as much.
+        """How strong the noise seems at the model's rate, for noise of 1 in the file.
 
-        The same power is spread over ``ratio`` times as many frequencies there. Interpolation
-        by lines takes a third of it away.
+        At a higher rate the same power is spread over ``ratio`` times as many frequencies, and
+        interpolation by lines takes a third of it away. On the way to a lower rate a Gaussian
+        takes away what is too fast for it.
         """
-        return max(1.0, float(np.sqrt(self.ratio * 2 / 3)))
+        if self.ratio >= 1:
+            return max(1.0, float(np.sqrt(self.ratio * 2 / 3)))
+        width = CUT_S / self.ratio  # frames of the file
+        return min(1.0, float(np.sqrt(1 / (2 * np.sqrt(np.pi) * width))))
 
     @property
     def period(self) -> int:
@@ -84,6 +88,9 @@ class RateMatch:
         """
         if self.is_same:
             return channels
+        if self.ratio < 1:  # what is too fast for the model's rate would fold into the rest
+            widths_s = np.where(noise_deg > 0, CUT_S / self.model_fps, 0.0)
+            channels = gaussian_filter(channels, widths_s, 1 / self.file_fps)
         beyond = int(np.ceil(1 / self.ratio)) if self._ends_early(len(channels)) else 0
         held = np.concatenate([channels, np.repeat(channels[-1:], beyond, axis=0)])
         dense = resample(Motion(skeleton, 1 / self.file_fps, held), self.model_fps).channels
@@ -105,7 +112,7 @@ class RateMatch:
         if self.is_same:
             return channels
         dense = Motion(skeleton, 1 / self.model_fps, channels)
-        return resample(dense, self.file_fps).channels[:n_frames]
+        return resample(dense, self.file_fps).channels[:n_frames].copy()
 
     def between(self, n_frames: int, n_dense: int) -> tuple[IntArray, IntArray]:
         """Return the frames of the file before and after each frame of the model."""

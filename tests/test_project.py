@@ -143,6 +143,7 @@ LAYERS = [
         "exercises_bvh",
         "exercises_lab",
         "exercises_ebf",
+        "exercises_gaps",
         "exercises_noise",
         "exercises_smoothing",
         "grading_contest",

@@ -21,7 +21,7 @@ import numpy as np
 
 from mocaplab.answers import call
 
-RIGHT = "Right"
+RIGHT = "Right:"
 LONGEST = 160  # letters of an error's text that a hint quotes
 Work = TypeVar("Work")
 
@@ -30,7 +30,7 @@ class NotRight(AssertionError):
     """An answer that is not right yet; the text is the hint."""
 
     def _render_traceback_(self) -> list[str]:  # IPython shows this in place of a traceback
-        return [str(self) if str(self).startswith("Not") else f"Not right yet. {self}"]
+        return [str(self) if str(self).startswith("Not answered") else f"Not right yet. {self}"]
 
 
 def require(sentence: str) -> None:
@@ -39,7 +39,7 @@ def require(sentence: str) -> None:
     Raises
     ------
     NotRight
-        With the sentence, if it does not begin with "Right".
+        With the sentence, if it does not begin with "Right:".
     """
     if not sentence.startswith(RIGHT):
         raise NotRight(sentence)

@@ -41,7 +41,7 @@ def judge_numbers(
 
     Returns
     -------
-    str, beginning with "Right" only if the answer is right
+    str, beginning with "Right:" only if the answer is right
     """
     if answer is None or answer is ...:
         return NOT_YET
@@ -54,7 +54,7 @@ def judge_numbers(
     if not np.isfinite(got).all():
         return "Your answer is not a finite number. Is there a division by 0, or a gap (NaN)?"
     if np.allclose(got, wanted, rtol=rtol, atol=atol):
-        return "Right."
+        return f"Right: {', '.join(f'{number:.4g}' for number in got)}."
     for hint, values in mistakes.items():
         if np.allclose(got, np.asarray(values).ravel(), rtol=rtol, atol=atol):
             return hint
@@ -70,6 +70,7 @@ def judge_function(
     rtol: float = 1e-5,
     atol: float = 1e-7,
     otherwise: str = "That is not it yet.",
+    nan_hint: str = "",
 ) -> str:
     """Judge a function by what it returns for several cases.
 
@@ -81,10 +82,11 @@ def judge_function(
     mistakes : hint -> function that makes this mistake
     rtol, atol : float, how near is near enough
     otherwise : str, what to say if nothing fits
+    nan_hint : str, what to say in addition if a result has NaN in it
 
     Returns
     -------
-    str, beginning with "Right" only if the answer is right in all cases
+    str, beginning with "Right:" only if the answer is right in all cases
     """
     if answer is None or answer is ...:
         return NOT_YET
@@ -106,8 +108,8 @@ def judge_function(
             if _same(got, values, rtol, atol):
                 return hint
         before = f"Right for {' and '.join(done)}, but not for {label}. " if done else ""
-        return before + (_odd(result, got, wanted[0]) or otherwise)
-    return f"Right for {'; '.join(done)}."
+        return before + (_odd(result, got, wanted[0], nan_hint) or otherwise)
+    return f"Right: {'; '.join(done)}."
 
 
 def _array(value: Any) -> FloatArray | None:
@@ -123,12 +125,14 @@ def _same(got: FloatArray | None, wanted: FloatArray | None, rtol: float, atol: 
     return bool(np.allclose(got.squeeze(), wanted.squeeze(), rtol=rtol, atol=atol))
 
 
-def _odd(result: Any, got: FloatArray | None, wanted: FloatArray | None) -> str:
+def _odd(result: Any, got: FloatArray | None, wanted: FloatArray | None, nan_hint: str) -> str:
     """Say what is odd about a result at first sight, or nothing."""
     if got is None:
         return f"Your function should return numbers, not {short(result)}."
     if wanted is not None and got.squeeze().shape != wanted.squeeze().shape:
         return f"Your function returns the shape {got.shape}; it should be {wanted.shape}."
     if not np.isfinite(got).all():
-        return "There are NaN or infinite numbers in what your function returns."
+        return (
+            f"There are NaN or infinite numbers in what your function returns. {nan_hint}".strip()
+        )
     return ""

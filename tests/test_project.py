@@ -152,7 +152,17 @@ LAYERS = [
         "lab_picture",
         "network_methods",
     ],
-    ["assignments_bvh", "clean_report", "comparison", "lab"],
+    [
+        "assignments_bvh",
+        "assignments_filter",
+        "assignments_gaps",
+        "assignments_noise",
+        "assignments_rotations",
+        "assignments_smoothing",
+        "clean_report",
+        "comparison",
+        "lab",
+    ],
     ["comparison_report", "file_cleaning", "job_runner"],
     ["clean_folder", "gap_report"],
     ["evaluate_command"],
@@ -181,6 +191,8 @@ LAYERS = [
 ]
 USES_TORCH = {
     "adaptive_filter",
+    "assignments_filter",
+    "assignments_gaps",
     "blend",
     "blend_lesson",
     "checkpoints",

@@ -58,6 +58,8 @@ weights: $(BIN)/.lab  ## train the shipped weights anew, on the clips in MOCAPLA
 	$(BIN)/python -m data_tools.gap_models "$(MOCAPLAB_DATA)/cmu" -o mocaplab/data/gaps.safetensors
 	$(BIN)/python -m data_tools.gap_models "$(MOCAPLAB_DATA)/cmu" -o mocaplab/data/ebd.safetensors \
 	  --model ebd
+	$(BIN)/python -m data_tools.stream_model "$(MOCAPLAB_DATA)/cmu" \
+	  -o mocaplab/data/stream.safetensors --seed 0
 	$(BIN)/python -m data_tools.paper_b_models "$(MOCAPLAB_DATA)/cmu" \
 	  -o mocaplab/data/fusion.safetensors --seed 0
 	$(BIN)/python -m data_tools.paper_b_models "$(MOCAPLAB_DATA)/cmu" --network plain \

@@ -92,7 +92,7 @@ class BlendLesson:
         measure: bool,
     ):
         self.config, self.radius = config, network.config.radius
-        self.versions = [[_clip(m, columns) for m in _with_mirror(clip)] for clip in clips]
+        self.versions = [[_clip(m, columns) for m in with_mirror(clip)] for clip in clips]
         self.covariances = [network.covariance.cpu()] * len(clips)
         if measure:
             self._measure(network)
@@ -175,7 +175,7 @@ class BlendLesson:
             yield spread.piece(inside, length, margin)
 
 
-def _with_mirror(clip: Motion) -> list[Motion]:
+def with_mirror(clip: Motion) -> list[Motion]:
     """Return a clip and its mirror image, if its joints are named as left and right."""
     try:
         return [clip, mirror(clip)]

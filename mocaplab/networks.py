@@ -25,6 +25,7 @@ from mocaplab.layers import (
     seeded,
     start_near,
 )
+from mocaplab.live_mixer import LiveMixer, LiveMixerConfig
 
 
 @dataclass(frozen=True)
@@ -260,6 +261,7 @@ NETWORKS: dict[str, tuple[type, type]] = {
     "NN": (NN, NNConfig),
     "EBD": (EBD, EBDConfig),
     "Blend": (Blend, BlendConfig),
+    "LiveMixer": (LiveMixer, LiveMixerConfig),  # for streams
 }
 """Each network by name: its class and the class of its configuration."""
 

@@ -1,6 +1,6 @@
 """Clean a motion while it is captured: one frame in, one frame out.
 
-    stream = Stream(skeleton, 1 / 120, LiveEBF(look_ahead_s=0.1))
+    stream = Stream(skeleton, 1 / 120, LiveBlend(look_ahead_s=0.1))
     for frame in source:
         cleaned = stream.push(frame)  # None at first, then the frame from 0.1 s ago
     rest = stream.flush()  # the last 12 frames
@@ -35,8 +35,9 @@ class Stream:
     skeleton : Skeleton
     frame_time : float, seconds
     live_filter : LiveFilter
-        :class:`mocaplab.streaming_ebf.LiveEBF` or
-        :class:`mocaplab.streaming_filters.LiveGaussian`; it also sets the look-ahead.
+        Such as :class:`mocaplab.streaming_blend.LiveBlend`, the best one,
+        :class:`mocaplab.streaming_ebf.LiveEBF`, paper A's, or
+        :class:`mocaplab.streaming_filters.LiveGaussian`. It also sets the look-ahead.
     hold_gaps : bool
         What to do with NaN, a sample that was not observed. False: refuse the frame. True: hold
         the last value that was (the rest pose before the first), and count it in ``n_held``.

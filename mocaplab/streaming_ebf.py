@@ -26,6 +26,7 @@ from mocaplab.normalization import standardize
 from mocaplab.streaming_angles import RootVelocity
 from mocaplab.streaming_filters import LOOK_AHEAD_S, Running, whole_frames, window_mean
 from mocaplab.streaming_lstm import Float32Array, LiveLSTM
+from mocaplab.streaming_statistics import RunningScale
 
 
 class LiveEBF:
@@ -72,33 +73,6 @@ class LiveEBF:
                 f"look_ahead_s must not be more, got {self.look_ahead_s}"
             )
         return _RunningEBF(self.checkpoint, skeleton, frame_time, look_ahead)
-
-
-class RunningScale:
-    """Mean and deviation of all frames so far (Welford 1962).
-
-    Parameters
-    ----------
-    n_channels : int
-    """
-
-    def __init__(self, n_channels: int):
-        self.n_frames = 0
-        self.mean = np.zeros(n_channels)
-        self.squares = np.zeros(n_channels)  # sum of squared distances from the mean
-
-    def add(self, frame: FloatArray) -> None:
-        """Take one more frame, shape (C,), into account."""
-        self.n_frames += 1
-        distance = frame - self.mean
-        self.mean = self.mean + distance / self.n_frames
-        self.squares = self.squares + distance * (frame - self.mean)
-
-    @property
-    def std(self) -> FloatArray:
-        """Standard deviation, shape (C,)."""
-        deviation: FloatArray = np.sqrt(self.squares / self.n_frames)
-        return deviation
 
 
 class _RunningEBF:

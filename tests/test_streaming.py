@@ -17,9 +17,10 @@ from mocaplab.networks import EBFConfig, build_network
 from mocaplab.normalization import standardize
 from mocaplab.streaming import Stream, stream_motion
 from mocaplab.streaming_angles import ContinuousAngles, RootVelocity
-from mocaplab.streaming_ebf import LiveEBF, RunningScale
+from mocaplab.streaming_ebf import LiveEBF
 from mocaplab.streaming_filters import LiveGaussian, window_mean
 from mocaplab.streaming_lstm import LiveLSTM
+from mocaplab.streaming_statistics import RunningScale
 
 LOOK_AHEADS = (0, 3, 15)
 

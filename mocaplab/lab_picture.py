@@ -59,13 +59,13 @@ def draw_error_curve(
     ax.plot(1000 * sigma_s, np.interp(sigma_s, WIDTHS_S, curve), "o", color=COLORS["Gaussian"])
     tuned_ms = 1000 * WIDTHS_S[scene.tuned[row]]
     ax.axvline(tuned_ms, color="black", linestyle=":", label="tuned on other clips")
-    for name, color, style in (("EBF", COLORS["EBF"], "--"), ("Blend", "#009E73", "-.")):
-        ax.axhline(errors[name], color=color, linestyle=style, label=name)
+    for name, style in (("EBF", "--"), ("Blend", "-.")):
+        ax.axhline(errors[name], color=COLORS[name], linestyle=style, label=name)
     ax.set_xscale("log", base=2)
     ax.xaxis.set_major_formatter("{x:g}")
-    ax.set_ylim(bottom=0)
+    ax.set_ylim(0, 1.5 * curve.max() or None)  # room for the legend
     ax.set(xlabel="width sigma, ms", ylabel="RMS error, all joint angles, degrees")
-    ax.legend(frameon=False, fontsize="small")
+    ax.legend(loc="upper center", ncols=2, frameon=False, fontsize="small")
 
 
 def joint_widths(scene: Scene) -> tuple[list[str], np.ndarray]:

@@ -18,6 +18,7 @@ COLORS = {
     "observed": "#999999",
     "Gaussian": "#E69F00",
     "EBF": "#0072B2",
+    "Blend": "#009E73",
 }
 """One colour a role, out of Okabe and Ito's palette that colour-blind readers can tell apart."""
 

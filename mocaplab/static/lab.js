@@ -42,7 +42,9 @@ function mountLab(element, firstData, onChange = () => {}, onWish = null) {
   let player = null;
   let wishTimer = 0;
   let drawRequest = 0;
-  let mapIsOld = true; // the map is large, and a new width does not change it
+  // What a change leaves as it is, is not drawn again.
+  let errorsAreOld = true;
+  let mapIsOld = true;
   let scope = "channel"; // or "all": what the errors are taken over
   const view = { ...HOME };
   const shown = { observed: true, Gaussian: true, EBF: true, Blend: true, clean: true };
@@ -153,8 +155,11 @@ function mountLab(element, firstData, onChange = () => {}, onWish = null) {
     look.style = (role) => ({ ...ROLES[role], colour: ROLES[role][dark ? "dark" : "light"] || ink });
     for (const role of Object.keys(ROLES)) swatches[role].style.background = look.style(role).colour;
     const frameAt = drawCurves(curves, look);
-    drawErrorCurve(errorCurve, look);
-    drawBars(bars, look);
+    if (errorsAreOld) {
+      drawErrorCurve(errorCurve, look);
+      drawBars(bars, look);
+      errorsAreOld = false;
+    }
     curves.onclick = ({ offsetX }) => frameAt && change({ frame: frameAt(offsetX) });
     if (!mapIsOld) return;
     const placeAt = drawWidths(map, look);
@@ -165,8 +170,10 @@ function mountLab(element, firstData, onChange = () => {}, onWish = null) {
     mapIsOld = false;
   }
 
-  function requestDraw(all = true) {
-    mapIsOld = mapIsOld || all;
+  function requestDraw(changes = null) {
+    const others = changes && Object.keys(changes).filter((name) => name !== "frame");
+    errorsAreOld = errorsAreOld || !changes || others.length > 0;
+    mapIsOld = mapIsOld || !changes || "frame" in changes || "channel" in changes;
     if (!drawRequest) drawRequest = requestAnimationFrame(draw);
   }
 
@@ -217,7 +224,7 @@ function mountLab(element, firstData, onChange = () => {}, onWish = null) {
     else if ("lookAhead" in changes) (takeErrors(), takeWidth());
     else if ("width" in changes) takeWidth();
     showControls();
-    requestDraw("channel" in changes || "frame" in changes);
+    requestDraw(changes);
     if (!player) return;
     if ("channel" in changes) player.set({ picked: data.joints[look.joint] });
     if ("frame" in changes && !fromPlayer) player.set({ frame: look.frame });
@@ -301,10 +308,11 @@ function mountLab(element, firstData, onChange = () => {}, onWish = null) {
   over.onchange = () => {
     scope = over.value;
     takeErrors();
-    apply({});
+    showControls();
+    requestDraw();
   };
   keepKeys(root);
-  const forget = onNewLook(curves, requestDraw);
+  const forget = onNewLook(curves, () => requestDraw());
   Object.assign(look, { shown });
   load(data);
   return {

@@ -204,9 +204,9 @@ function outline(pen, x, y, width, height, dash = []) {
 /** The colours of the heat map, from 0 to the highest width. */
 function drawScale(pen, box, highest, width, ink) {
   const [left, height] = [box.right + 10, box.bottom - box.top - 16];
-  for (let i = 0; i < height; i++) {
+  for (let i = 0; i < height; i += 4) {
     pen.fillStyle = `rgb(${cividis(1 - i / height).map(Math.round)})`;
-    pen.fillRect(left, box.top + 16 + i, 12, 1.5);
+    pen.fillRect(left, box.top + 16 + i, 12, Math.min(4.5, height - i));
   }
   pen.fillStyle = ink;
   pen.textAlign = "left";

@@ -18,8 +18,8 @@ from mocaplab.quaternions import (
 )
 from mocaplab.rotations import euler_to_quaternion
 
-LEAST_STEPS = 30
-"""Before so many steps no joint is said to tremble: the first frames may hold a wrap."""
+LEAST_LARGE_STEPS = 3
+"""With fewer large steps no joint is said to tremble: the first frames may hold a switch."""
 
 
 class ContinuousAngles:
@@ -27,7 +27,7 @@ class ContinuousAngles:
 
     Missing samples (NaN) hold the last value; a channel that was never seen is at rest. A joint
     with an angle that has stepped by more than ``TREMBLING_DEG`` in most frames so far is left as
-    it comes (after ``LEAST_STEPS``); see :func:`mocaplab.euler.motion_continuity`.
+    it comes (``LEAST_LARGE_STEPS`` at least); see :func:`mocaplab.euler.motion_continuity`.
 
     Parameters
     ----------
@@ -86,9 +86,8 @@ class ContinuousAngles:
     def _leave_trembling(self, raw: FloatArray) -> None:
         steps = np.abs(wrap_degrees(raw - self.raw))
         self.n_large_steps += (steps > TREMBLING_DEG) & self.is_rotation
-        if self.n_steps < LEAST_STEPS:
-            return
-        left = self._of_joint(2 * self.n_large_steps > self.n_steps) > 0
+        usual = 2 * self.n_large_steps > self.n_steps
+        left = self._of_joint(usual & (self.n_large_steps >= LEAST_LARGE_STEPS)) > 0
         self.switched = self.switched & ~left
         self.turns = np.where(left, 0.0, self.turns)
 

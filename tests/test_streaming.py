@@ -226,6 +226,7 @@ def spoil(motion, rng):
         if len(columns) == 3:
             order = "".join(motion.skeleton.channel_kind[c][0] for c in columns)
             frames = rng.random(motion.n_frames) < 0.08
+            frames[:10] = False  # a stream must see first that the joint does not tremble
             other = alternate_euler(channels[:, columns], order)
             channels[:, columns] = np.where(frames[:, None], other, channels[:, columns])
     angles = motion.skeleton.is_rotation
@@ -267,8 +268,8 @@ def test_trembling_joints_are_left_as_they_come(embedded):
     follow = ContinuousAngles(motion.skeleton)
     continuous = np.array([follow.push(frame)[0] for frame in channels])
     expected = make_continuous(motion.with_channels(channels)).channels
-    np.testing.assert_allclose(continuous[31:], expected[31:], atol=1e-9)
-    assert np.array_equal(continuous[31:, arm], channels[31:, arm])
+    np.testing.assert_allclose(continuous[8:], expected[8:], atol=1e-9)
+    assert np.array_equal(continuous[8:, arm], channels[8:, arm])
 
 
 def test_the_file_keeps_its_own_branch(noisy):

@@ -11,7 +11,7 @@ import json
 import re
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
 from time import perf_counter
@@ -27,7 +27,7 @@ from mocaplab.evaluation import score_clip
 from mocaplab.files import write_atomically
 from mocaplab.filters import Denoiser
 from mocaplab.measures import MEASURES
-from mocaplab.methods import METHODS, part_network
+from mocaplab.methods import METHODS, PIPELINES, part_network
 from mocaplab.motion import Corrupted, Motion
 from mocaplab.splits import Split
 from mocaplab.tuning import oracle_gaussian
@@ -237,6 +237,8 @@ def fit_method(dataset: Dataset, job: Job, models: Path | None) -> Callable[[Cor
     """
     if job.method == ORACLE:
         return oracle_gaussian
+    if job.method in PIPELINES:
+        return _fit_pipeline(dataset, job, models)
     denoiser: Denoiser
     if part_network(job.method):
         from mocaplab.network_methods import train_method
@@ -249,6 +251,18 @@ def fit_method(dataset: Dataset, job: Job, models: Path | None) -> Callable[[Cor
         ]
         denoiser = METHODS[job.method].fit(clips)
     return lambda clip: denoiser.denoise(clip.observed, clip.mask)
+
+
+def _fit_pipeline(dataset: Dataset, job: Job, models: Path | None) -> Callable[[Corrupted], Motion]:
+    """Fit both methods of a pipeline; the second cleans what the first has filled."""
+    fill, clean = (
+        fit_method(dataset, replace(job, method=part), models) for part in PIPELINES[job.method]
+    )
+
+    def run(clip: Corrupted) -> Motion:
+        return clean(Corrupted(clip.clean, fill(clip), np.ones_like(clip.mask)))
+
+    return run
 
 
 def _model_files(job: Job, models: Path | None) -> tuple[Path | None, Path | None]:

@@ -163,13 +163,14 @@ def read_methods(text: str) -> list[str]:
         If there is no such method; the message has the nearest names.
     """
     from mocaplab.comparison import ORACLE
-    from mocaplab.methods import METHODS, NETWORK_LABELS
+    from mocaplab.methods import METHODS, NETWORK_LABELS, PIPELINES
 
+    networks = [*NETWORK_LABELS, *PIPELINES]
     if text == "all":
-        print(f"left out, since they are trained for minutes: {', '.join(NETWORK_LABELS)}")
+        print(f"left out, since they are trained for minutes: {', '.join(networks)}")
         return [*METHODS, ORACLE]
     names = [name.strip() for name in text.split(",")]
-    known = [*METHODS, *NETWORK_LABELS, ORACLE]
+    known = [*METHODS, *networks, ORACLE]
     for name in names:
         if name not in known:
             near = ", ".join(get_close_matches(name, known, cutoff=0.0))

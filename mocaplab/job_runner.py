@@ -55,6 +55,24 @@ def local_workers(dataset: Dataset, processes: int) -> Iterator[Workers]:
         yield Workers(executor, processes, dataset)
 
 
+class _AtOnce(Executor):
+    """Runs every function when it is submitted, in this process."""
+
+    def submit(self, function: Any, /, *arguments: Any, **options: Any) -> Future[Any]:
+        future: Future[Any] = Future()
+        try:
+            future.set_result(function(*arguments, **options))
+        except Exception as error:
+            future.set_exception(error)
+        return future
+
+
+@contextmanager
+def this_process(dataset: Dataset) -> Iterator[Workers]:
+    """Start nothing: jobs run here, one after the other, as suits a notebook and small work."""
+    yield Workers(_AtOnce(), 1, dataset)
+
+
 @contextmanager
 def cluster_workers(dataset: Dataset, address: str) -> Iterator[Workers]:
     """Use the workers of a Dask cluster.

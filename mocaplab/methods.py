@@ -142,6 +142,10 @@ trained on one recipe alone.
 """
 
 
+PIPELINES = {"ebd_ebf": ("ebd", "ebf")}
+"""Two networks, one after the other: the first fills the gaps, the second cleans what comes out."""
+
+
 def part_network(method: str) -> tuple[str, str | None] | None:
     """Part the name of a network's method into the network and its recipe, if it has one.
 
@@ -150,10 +154,12 @@ def part_network(method: str) -> tuple[str, str | None] | None:
     (network, recipe or None), or None if the method is no network
     """
     network, at, recipe = method.partition("@")
-    return (network, recipe if at else None) if network in NETWORK_LABELS else None
+    known = network in NETWORK_LABELS or network in PIPELINES
+    return (network, recipe if at else None) if known else None
 
 
 def network_label(network: str, recipe: str | None) -> str:
     """Return how tables call a network, and what it was trained on if that is one recipe."""
-    label = NETWORK_LABELS[network]
+    parts = PIPELINES.get(network, (network,))
+    label = ", then ".join(NETWORK_LABELS[part] for part in parts)
     return f"{label}, trained on {recipe}" if recipe else label

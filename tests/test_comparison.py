@@ -11,6 +11,7 @@ from mocaplab.comparison import (
     ORACLE,
     Job,
     fingerprint,
+    fit_method,
     load_result,
     make_jobs,
     run_job,
@@ -24,6 +25,7 @@ from mocaplab.draws import draw_seed, draw_test, draw_training
 from mocaplab.filters import GaussianDenoiser
 from mocaplab.measures import MEASURES, rms_all_deg
 from mocaplab.methods import METHODS, Method
+from mocaplab.motion import Corrupted
 from mocaplab.splits import Split
 from mocaplab.tuning import oracle_gaussian, tune_gaussian
 
@@ -194,6 +196,19 @@ def test_a_network_may_be_trained_on_one_recipe(few, job, tmp_path):
     job = replace(job, method="bf@uniform:0.5", epochs=1)
     run_job(few, job, tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["bf_uniform_0.5-holdout_1-1.safetensors"]
+    assert fingerprint(few, job)["epochs"] == 1
+
+
+def test_a_pipeline_fills_with_one_network_and_cleans_with_the_other(few, job, tmp_path):
+    job = replace(job, method="ebd_ebf", epochs=1, corruption="angular:0.1+gaps:0.01")
+    clean = fit_method(few, job, tmp_path)
+    names = {path.name for path in tmp_path.iterdir()}
+    assert names == {"ebd-holdout_1-1.safetensors", "ebf-holdout_1-1.safetensors"}
+    clip = draw_test(few.clips[0], job.corruption, seed=0, repetition=0)
+    filled = fit_method(few, replace(job, method="ebd"), tmp_path)(clip)
+    whole = Corrupted(clip.clean, filled, np.ones_like(clip.mask))
+    by_hand = fit_method(few, replace(job, method="ebf"), tmp_path)(whole)
+    np.testing.assert_array_equal(clean(clip).channels, by_hand.channels)
     assert fingerprint(few, job)["epochs"] == 1
 
 

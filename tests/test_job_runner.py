@@ -5,8 +5,6 @@ import signal
 import subprocess
 import sys
 import time
-from concurrent.futures import Executor, Future
-from contextlib import contextmanager
 from functools import partial
 
 import numpy as np
@@ -16,28 +14,11 @@ from mocaplab import comparison, job_runner
 from mocaplab.bvh import save_bvh
 from mocaplab.comparison import Job, run_job
 from mocaplab.datasets import Dataset
-from mocaplab.job_runner import Workers, cluster_workers, local_workers, run_jobs
+from mocaplab.job_runner import cluster_workers, local_workers, run_jobs, this_process
 from mocaplab.methods import METHODS, Method
 from mocaplab.splits import Split
 
 RMS = ("rms_all_deg",)
-
-
-class Here(Executor):
-    """Runs in this process, at once."""
-
-    def submit(self, function, *arguments):
-        future = Future()
-        try:
-            future.set_result(function(*arguments))
-        except Exception as error:
-            future.set_exception(error)
-        return future
-
-
-@contextmanager
-def here(dataset):
-    yield Workers(Here(), 1, dataset)
 
 
 @pytest.fixture(scope="module")
@@ -71,10 +52,10 @@ def test_processes_give_the_same_numbers(few, jobs, tmp_path):
 
 
 def test_what_is_done_is_not_done_again(few, jobs, tmp_path, monkeypatch):
-    first, _ = run_jobs(few, jobs[:2], tmp_path, here)
+    first, _ = run_jobs(few, jobs[:2], tmp_path, this_process)
     ran = []
     monkeypatch.setattr(job_runner, "run_job", lambda d, j, m: ran.append(j) or run_job(d, j, m))
-    results, _ = run_jobs(few, jobs, tmp_path, here)
+    results, _ = run_jobs(few, jobs, tmp_path, this_process)
     assert ran == jobs[2:]
     assert list(results) == jobs
     assert [results[job] for job in jobs[:2]] == list(first.values())
@@ -85,14 +66,14 @@ def test_a_failing_job_does_not_stop_the_others(few, jobs, tmp_path, monkeypatch
         raise ValueError("no\nluck")
 
     monkeypatch.setitem(METHODS, "gaussian_58", Method("gaussian_58", "x", fit))
-    results, failed = run_jobs(few, jobs, tmp_path, here)
+    results, failed = run_jobs(few, jobs, tmp_path, this_process)
     assert list(results) == [jobs[0], jobs[2]]
     assert failed == {jobs[1]: "ValueError: no luck"}
     whole = (tmp_path / "failed" / f"{jobs[1].name}.txt").read_text()
     assert "Traceback" in whole
     assert "in fit" in whole
     monkeypatch.undo()
-    results, failed = run_jobs(few, jobs, tmp_path, here)
+    results, failed = run_jobs(few, jobs, tmp_path, this_process)
     assert list(results) == jobs
     assert not failed
 

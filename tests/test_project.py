@@ -188,10 +188,11 @@ LAYERS = [
         "reproduction.figures_streaming",
         "reproduction.figures_tables",
         "reproduction.report",
+        "reproduction.stored",
     ],
     ["reproduction.figures"],
     ["reproduction.driver"],
-    ["reproduce_command"],
+    ["exercises_reproduction", "reproduce_command"],
     ["clean_command", "commands"],
     ["cli"],
 ]

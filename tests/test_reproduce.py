@@ -1,8 +1,6 @@
 """mocaplab reproduce from end to end, on few short clips and networks of one epoch."""
 
 import shutil
-from concurrent.futures import Executor, Future
-from contextlib import contextmanager
 
 import matplotlib
 import pytest
@@ -10,27 +8,10 @@ from reproduction_cases import few_clips, small_plan
 
 from mocaplab.bvh import save_bvh
 from mocaplab.cli import main
-from mocaplab.job_runner import Workers
+from mocaplab.job_runner import this_process
 from mocaplab.reproduction import costs, driver
 
 matplotlib.use("agg")
-
-
-class Here(Executor):
-    """Runs in this process, at once."""
-
-    def submit(self, function, *arguments):
-        future = Future()
-        try:
-            future.set_result(function(*arguments))
-        except Exception as error:
-            future.set_exception(error)
-        return future
-
-
-@contextmanager
-def here(dataset):
-    yield Workers(Here(), 1, dataset)
 
 
 @pytest.fixture(scope="module")
@@ -45,7 +26,7 @@ def tables(folder):
 def test_a_run_that_was_stopped_gives_the_same_tables(few, tmp_path):
     figures = ("3", "7", "8", "b5")
     plan = small_plan(few, figures)
-    claims, failed = driver.reproduce(few, None, plan, figures, tmp_path / "a", here)
+    claims, failed = driver.reproduce(few, None, plan, figures, tmp_path / "a", this_process)
     assert not failed
     assert {claim.figure for claim in claims} == {"3", "7", "8", "b5"}
     first = tables(tmp_path / "a")
@@ -57,7 +38,7 @@ def test_a_run_that_was_stopped_gives_the_same_tables(few, tmp_path):
     rows = sorted((tmp_path / "b" / "rows").iterdir())
     for path in [*rows[::2], *(p for p in (tmp_path / "b").iterdir() if p.is_file())]:
         path.unlink()
-    driver.reproduce(few, None, plan, figures, tmp_path / "b", here)
+    driver.reproduce(few, None, plan, figures, tmp_path / "b", this_process)
     assert tables(tmp_path / "b") == first
 
 

@@ -9,6 +9,7 @@ from mocaplab.reproduction.verdicts import (
     HOLDS,
     OPEN,
     WEAKER,
+    judge_above,
     judge_alike,
     judge_at_least,
     judge_below,
@@ -55,6 +56,9 @@ def test_limits():
     assert judge_below(1, Interval(0.5, 0.4, 0.9)).word == HOLDS
     assert judge_below(1, Interval(0.9, 0.7, 1.2)).word == OPEN
     assert judge_below(1, Interval(2.0, 1.7, 2.2)).word == FAILS
+    assert judge_above(1, Interval(2.0, 1.7, 2.2)).word == HOLDS
+    assert judge_above(1, Interval(0.5, 0.4, 0.9)).word == FAILS
+    assert judge_above(1, Interval(0.9, 0.7, 1.2)).word == OPEN
     assert [judge_size(x, 0.1, 0.2).word for x in (0.1, 0.15, 0.3)] == [HOLDS, WEAKER, FAILS]
     assert [judge_at_least(x, 0.9, 0.5).word for x in (0.9, 0.6, 0.4)] == [HOLDS, WEAKER, FAILS]
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 
 from mocaplab.comparison import Job
 from mocaplab.datasets import Dataset
-from mocaplab.methods import part_network
+from mocaplab.methods import PIPELINES, part_network
 from mocaplab.reproduction.plan import Level, Plan
 
 REFERENCE_STEP_S = 0.6
@@ -68,7 +68,7 @@ def estimate_s(
         else:
             total += speed * CLEAN_NETWORK_S * test / 1000
             given = job.epochs is None and plan.is_full(job.method)
-            if job.network_name not in trained and not given:
+            if job.network_name not in trained and not given and job.method not in PIPELINES:
                 trained.add(job.network_name)
                 total += training_s(*parts, train, job.epochs, steps)
         if "spatial" in job.corruption:

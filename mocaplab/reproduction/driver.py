@@ -9,7 +9,7 @@ from pathlib import Path
 from mocaplab.comparison import Job
 from mocaplab.datasets import Dataset, clip_digest
 from mocaplab.job_runner import OpenWorkers, run_jobs
-from mocaplab.methods import part_network
+from mocaplab.methods import PIPELINES, part_network
 from mocaplab.reproduction.claims import Claim, Evidence
 from mocaplab.reproduction.costs import estimate_s, measure_steps, sources_s
 from mocaplab.reproduction.figures import FIGURES
@@ -24,7 +24,6 @@ from mocaplab.reproduction.plan import (
 )
 from mocaplab.reproduction.report import write_figure, write_report
 from mocaplab.reproduction.scores import Scores
-from mocaplab.reproduction.verdicts import NOT_ASKED
 from mocaplab.splits import make_splits
 
 Subjects = Sequence[int] | None
@@ -155,7 +154,11 @@ def reproduce(
     groups = make_groups(dataset, subjects, plan)
     jobs = jobs_of(plan, figures, dataset, subjects)
     # Each network is trained by one job first; two at a time would both train it.
-    first = {job.network_name: job for job in jobs if part_network(job.method)}
+    first = {
+        job.network_name: job
+        for job in jobs
+        if part_network(job.method) and job.method not in PIPELINES
+    }
     if first:
         run_jobs(dataset, list(first.values()), folder, open_workers)
     results, failed = run_jobs(dataset, jobs, folder, open_workers)
@@ -170,7 +173,7 @@ def reproduce(
             parts.append(f"## {figure.title}\n\nNothing could be tested on these clips.\n")
             continue
         drawing = figure.draw(evidence)
-        judged = [c for c in figure.claims(evidence) if c.clips or c.verdict != NOT_ASKED]
+        judged = [claim for claim in figure.claims(evidence) if claim.clips]
         claims += judged
         if drawing is not None:
             parts.append(write_figure(figure, *drawing, judged, plan, folder))

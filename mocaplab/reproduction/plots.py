@@ -107,3 +107,25 @@ def plot_points(
     ax.set_ylim(0, None)
     ax.set(xlabel=xlabel, ylabel=ylabel)
     ax.legend(fontsize="small")
+
+
+def plot_claims(claims: Mapping[str, tuple[float, Interval]], ax: Axes) -> None:
+    """Draw ratios of the paper beside ours with their intervals.
+
+    Parameters
+    ----------
+    claims : text -> (the paper's ratio, our ratio)
+    ax : Axes
+    """
+    for i, (paper, (value, low, high)) in enumerate(claims.values()):
+        ax.errorbar(
+            value, i, xerr=[[value - low], [high - value]], fmt="o", color="#0072B2", capsize=3,
+            label="ours, with its 95 % interval" if i == 0 else None,
+        )  # fmt: skip
+        ax.plot(paper, i, "D", color="#D55E00", fillstyle="none", label="" if i else "the paper's")
+    ax.axvline(1.0, color="black", linewidth=0.8, linestyle="--")
+    ax.set_yticks(range(len(claims)), list(claims))
+    ax.invert_yaxis()
+    ax.set_xlim(0, None)
+    ax.set_xlabel("ratio of two errors; 1 is no difference")
+    ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, frameon=False)

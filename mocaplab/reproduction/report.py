@@ -10,12 +10,15 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib.pyplot as plt
+import numpy as np
 from matplotlib.figure import Figure as Picture
 
+from mocaplab.bootstrap import Interval
 from mocaplab.files import write_atomically
 from mocaplab.reproduction.claims import Claim, paragraph
 from mocaplab.reproduction.figure import Figure
 from mocaplab.reproduction.plan import Plan
+from mocaplab.reproduction.plots import plot_claims
 from mocaplab.reproduction.verdicts import ALIKE, NEARLY, NOT_ASKED
 
 RULES = f"""\
@@ -99,10 +102,28 @@ def write_figure(
     return f"## {figure.title}\n\n{figure.asks}\n\n![{figure.title}]({name}.png)\n\n{text}"
 
 
+def paper_ratios(rows: Sequence[Mapping[str, Any]]) -> dict[str, tuple[float, Interval]]:
+    """Pick the claims about ratios out of the rows of claims.csv: text -> (paper's, ours)."""
+    return {
+        f"{row['claim']} [{row['figure']}]": (
+            float(str(row["paper"]).split()[0]),
+            Interval(float(row["ours"]), float(row["low"]), float(row["high"])),
+        )
+        for row in rows
+        if str(row["paper"]).endswith(" times") and np.isfinite(float(row["ours"]))
+    }
+
+
 def write_report(claims: Sequence[Claim], parts: Sequence[str], plan: Plan, folder: Path) -> None:
     """Write claims.csv, claims.md and report.md."""
     table = claims_to_markdown(claims)
     write_atomically(folder / "claims.csv", rows_to_csv(claim_rows(claims), plan.label()))
+    ratios = paper_ratios(claim_rows(claims))
+    if ratios:
+        picture, ax = plt.subplots(figsize=(11, 1.6 + 0.35 * len(ratios)), layout="constrained")
+        plot_claims(ratios, ax)
+        save_picture(picture, "Ratios of errors: the paper's and ours", plan, folder / "claims.png")
+        table = f"![The paper's ratios of errors and ours.](claims.png)\n\n{table}"
     claimed = f"{RULES}\n\nMade with {plan.label()}.\n\n{table}\n"
     write_atomically(folder / "claims.md", claimed)
     body = "\n\n".join(parts)

@@ -68,6 +68,13 @@ def judge_below(limit: float, ours: Interval) -> Verdict:
     return Verdict(OPEN, f"the interval has {limit:g} in it")
 
 
+def judge_above(limit: float, ours: Interval) -> Verdict:
+    """Judge "this number is above the limit" by its interval."""
+    found = judge_below(limit, ours)
+    turned = {HOLDS: FAILS, FAILS: HOLDS}
+    return Verdict(turned.get(found.word, found.word), found.why)
+
+
 def judge_size(value: float, holds: float, weaker: float) -> Verdict:
     """Judge "this is almost nothing" by two limits."""
     if np.isnan(value):

@@ -75,7 +75,7 @@ def _fit_lowrank(clips: Sequence[Corrupted]) -> Denoiser:
 
 
 def _fit_gap_gaussian(clips: Sequence[Corrupted]) -> Denoiser:
-    from mocaplab.gap_gaussian import fit_gaussian_filler
+    from mocaplab.gap_gaussian_fit import fit_gaussian_filler
 
     return GapFiller(fit_gaussian_filler(clips))
 

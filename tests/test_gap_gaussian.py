@@ -5,7 +5,7 @@ import pytest
 
 from mocaplab.euler import make_continuous
 from mocaplab.gap_filling import GapWarning, lerp_gaps
-from mocaplab.gap_gaussian import fit_gaussian_filler
+from mocaplab.gap_gaussian_fit import fit_gaussian_filler
 from mocaplab.gap_measures import gap_rms_deg
 from mocaplab.gaps import hide, long_gap_mask
 from mocaplab.motion import Corrupted, moving_channels

@@ -139,8 +139,8 @@ LAYERS = [
         "streaming_ebf",
         "synthesis",
     ],
-    ["cleaning", "datasets", "gap_files", "measures", "methods", "recipe_lesson"],
-    ["clean_summary", "draws", "evaluation", "exercises", "lab_model", "training"],
+    ["cleaning", "datasets", "gap_files", "gap_gaussian_fit", "measures", "recipe_lesson"],
+    ["clean_summary", "draws", "evaluation", "exercises", "lab_model", "methods", "training"],
     [
         "clean_pictures",
         "exercises_beyond",

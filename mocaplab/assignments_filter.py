@@ -36,8 +36,9 @@ class FilterWork:
 def draw_work(student: str) -> FilterWork:
     """Draw the work of a student."""
     rng = student_rng(student, "filter_ebf")
-    first, middle, last = np.round(rng.uniform(-40, 40, 3), 1).tolist()
-    sigma, seed = round(float(rng.uniform(0.6, 1.6)), 2), int(rng.integers(999))
+    # In these ranges no typical mistake comes to the right number by chance.
+    first, middle, last = np.round(rng.uniform([25, 15, -20], [32, 25, -12]), 1).tolist()
+    sigma, seed = round(float(rng.uniform(1.3, 2.2)), 2), int(rng.integers(999))
     return FilterWork((first, middle, last), sigma, seed)
 
 

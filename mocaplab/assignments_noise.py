@@ -22,7 +22,7 @@ def draw_work(student: str) -> Corrupted:
     """Draw a student's own walk and a noisy recording of it."""
     rng = student_rng(student, "noise_gaps")
     walk = synthesize("walk", duration_s=2.5, rng=rng, name=f"walk of {student}")
-    return corrupt(walk, f"angular:{rng.uniform(0.15, 0.8):.3f}", rng=rng)
+    return corrupt(walk, f"angular:{rng.uniform(0.3, 0.8):.3f}", rng=rng)
 
 
 # ------------------------------------------------------------------ 1: an SNR

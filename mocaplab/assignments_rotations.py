@@ -42,10 +42,13 @@ def draw_work(student: str) -> RotationWork:
     """Draw the rotations of a student."""
     rng = student_rng(student, "rotations")
     order = str(rng.choice(_ORDERS))
-    angles = rng.uniform(20, 65, 3) * rng.choice([-1, 1], 3)
-    time_s = np.arange(80)[:, None] / 40
-    swing = rng.uniform(40, 120, 3) * np.sin(2 * np.pi * (time_s + rng.uniform(size=3)))
-    q = euler_to_quaternion(swing, "ZYX") * rng.choice([-1, 1], (80, 1))
+    # Sizes apart from each other, so that no wrong order is right by chance.
+    angles = rng.permutation(np.array([24, 40, 56]) + rng.uniform(0, 8, 3))
+    angles = angles * rng.choice([-1, 1], 3)
+    # More than a whole turn: it leaves the first frame's side, and w passes through 0.
+    turn = rng.uniform(-90, 90) + rng.choice([-1, 1]) * np.linspace(0, 520, 80)
+    wobble = rng.uniform(10, 30, 2) * np.sin(np.linspace(0, 9, 80)[:, None] + rng.uniform(size=2))
+    q = euler_to_quaternion(np.column_stack([turn, wobble]), "ZYX") * rng.choice([-1, 1], (80, 1))
     pair = euler_to_matrix(rng.uniform(-80, 80, (2, 3)), "ZXY")
     return RotationWork(order, euler_to_matrix(np.round(angles, 1), order), q, (pair[0], pair[1]))
 

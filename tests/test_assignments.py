@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from importlib import import_module
 from itertools import pairwise
 from pathlib import Path
 
@@ -178,3 +179,35 @@ def test_while_graded_the_folder_counts(monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(NotRight, match="chdir"):
         graded_student("ann")
+
+
+# ------------------------------------------------------------------ data of many students
+
+
+@pytest.mark.parametrize(
+    ("module", "check"),
+    [
+        ("assignments_bvh", "check_rest"),
+        ("assignments_rotations", "check_angles"),
+        ("assignments_noise", "check_snr"),
+        ("assignments_smoothing", "check_sigma"),
+        ("assignments_filter", "check_by_hand"),
+        ("assignments_gaps", "check_steps"),
+    ],
+)
+def test_no_student_has_data_for_which_a_mistake_is_right(monkeypatch, module, check):
+    module = import_module(f"mocaplab.{module}")
+    asked = {}
+
+    def keep(answer, right, mistakes, *, rtol=0.005, atol=0.0, otherwise=""):
+        asked.update(right=np.ravel(right), mistakes=mistakes, rtol=rtol, atol=atol)
+        return "kept"
+
+    monkeypatch.setattr(module, "judge_numbers", keep)
+    for number in range(25):
+        assert getattr(module, check)(None, module.draw_work(f"s{number:03d}")) == "kept"
+        for hint, values in asked["mistakes"].items():
+            near = np.allclose(
+                np.ravel(values), asked["right"], rtol=asked["rtol"], atol=asked["atol"]
+            )
+            assert not near, (number, hint)

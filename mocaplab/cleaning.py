@@ -12,6 +12,7 @@ from tqdm.auto import tqdm
 from mocaplab.checkpoints import SHIPPED, Checkpoint, load_checkpoint, shipped_checkpoint
 from mocaplab.clip_view import long_runs, view_clip
 from mocaplab.filled import Filled, check_observed, fill_by_lines
+from mocaplab.gap_files import shipped_filler
 from mocaplab.gaps import hide
 from mocaplab.motion import BoolArray, FloatArray, Motion, Skeleton
 from mocaplab.motion_model import load_motion_model
@@ -64,7 +65,8 @@ class Cleaner:
         ``"blend"`` is the best, ``"ebf"`` is the network of paper A.
     filler : function
         Takes a continuous motion of the model's skeleton and frame rate, with NaN inside gaps,
-        and returns a :class:`mocaplab.filled.Filled`.
+        and returns a :class:`mocaplab.filled.Filled`. By default the one in the package,
+        :func:`mocaplab.gap_files.shipped_filler`; straight lines for a model of other joints.
     max_gap_s : float, seconds, optional
         Longer gaps are not filled.
     """
@@ -73,7 +75,7 @@ class Cleaner:
         self,
         model: Checkpoint | str | os.PathLike[str] = "blend",
         *,
-        filler: Callable[[Motion], Filled] = fill_by_lines,
+        filler: Callable[[Motion], Filled] | None = None,
         max_gap_s: float | None = None,
     ):
         if model in SHIPPED:
@@ -128,7 +130,7 @@ class Cleaner:
         if np.isnan(motion.channels).any():
             check_observed(motion)
         view = view_clip(motion)
-        job = PieceCleaner(self.checkpoint, self.filler, match, view)
+        job = PieceCleaner(self.checkpoint, self._filler(view.hidden), match, view)
         result = np.empty_like(view.channels)
         std_deg = np.broadcast_to(0.0, result.shape)  # takes no memory
         if view.hidden.any():
@@ -199,6 +201,14 @@ class Cleaner:
         runner = NetworkRunner(self.checkpoint, motion.skeleton)
         scale = measure_scale(motion.channels, np.isnan(motion.channels))
         return runner.widths_s(motion, scale)
+
+    def _filler(self, hidden: BoolArray) -> Callable[[Motion], Filled]:
+        """Return what fills gaps; nothing is loaded where there are none."""
+        if self.filler is None and hidden.any():
+            shipped = shipped_filler()
+            fits = shipped.channel_labels == self.checkpoint.channel_labels
+            self.filler = shipped.fill if fits else fill_by_lines
+        return self.filler or fill_by_lines
 
     def _model_skeleton(self) -> Skeleton | None:
         """Return the skeleton that the model was trained on; None for an older model file."""

@@ -84,8 +84,8 @@ class PieceCleaner:
         return Motion(model, self.frame_time, dense, view.motion.name)
 
     def _fill(self, motion: Motion, piece: Piece) -> tuple[Motion, FloatArray | None]:
-        """Fill the gaps of a piece at the model's rate."""
-        hidden = self.match.spread(self._holes(piece))
+        """Fill the gaps of a piece at the model's rate; those of the root keep their lines."""
+        hidden = self.match.spread(self._holes(piece)) & self.match.model.is_cleaned
         if not hidden.any():
             return motion, None
         dense = self.rates.up_mask(hidden, motion.n_frames)

@@ -139,7 +139,8 @@ LAYERS = [
         "streaming_ebf",
         "synthesis",
     ],
-    ["cleaning", "datasets", "gap_files", "gap_gaussian_fit", "measures", "recipe_lesson"],
+    ["datasets", "gap_files", "gap_gaussian_fit", "measures", "recipe_lesson"],
+    ["cleaning"],
     ["clean_summary", "draws", "evaluation", "exercises", "lab_model", "methods", "training"],
     [
         "clean_pictures",

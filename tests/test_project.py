@@ -151,6 +151,7 @@ LAYERS = [
         "exercises_gaps",
         "exercises_noise",
         "exercises_smoothing",
+        "exercises_sources",
         "exercises_streaming",
         "exercises_training",
         "grading_contest",

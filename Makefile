@@ -72,6 +72,7 @@ notebooks: $(BIN)/.dev  ## run the notebooks and store them with their outputs
 	$(BIN)/python -m data_tools.draw_bvh_kinematics -o notebooks/images/bvh_kinematics.png
 	$(BIN)/python -m data_tools.draw_lab -o notebooks/images/lab.png
 	$(BIN)/python -m data_tools.run_notebooks
+	$(BIN)/python -m data_tools.course_pictures
 
 assignments: $(BIN)/.dev  ## make the editions of the graded assignments, and try the grading
 	$(BIN)/python -m data_tools.assignments

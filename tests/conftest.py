@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import re
+from collections import defaultdict
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +12,33 @@ import pytest
 
 from mocaplab.datasets import Dataset, load_dataset
 from mocaplab.motion import Motion, Skeleton
+
+RUN_TIME = re.compile(
+    r"\*\*Time:\*\* the code runs in about (\d+) (second|minute)s?\. "
+    r"Plan (\d+) minutes to work through it\."
+)
+"""The line that the first cell of every notebook has."""
+
+_seconds: dict[Path, float] = defaultdict(float)
+
+
+def pytest_runtest_logreport(report: pytest.TestReport) -> None:
+    """Add up the time of all cells of a notebook."""
+    path = Path(report.fspath)
+    if path.suffix == ".ipynb":
+        _seconds[path] += report.duration
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Print how long each notebook took, beside what its first cell promises."""
+    if not _seconds:
+        return
+    terminalreporter.section("seconds of each notebook")
+    for path, seconds in sorted(_seconds.items()):
+        found = RUN_TIME.search(path.read_text(encoding="utf-8"))
+        promised = int(found[1]) * (60 if found[2] == "minute" else 1) if found else 0
+        late = "  longer than half as much again" if seconds > 1.5 * promised else ""
+        terminalreporter.write_line(f"{path.stem:32} {seconds:5.0f}  promised {promised:3}{late}")
 
 
 @pytest.fixture

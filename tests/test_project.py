@@ -1,6 +1,7 @@
 """The project's own files: versions in step, imports that point down, house rules."""
 
 import ast
+import json
 import os
 import re
 import subprocess
@@ -9,6 +10,7 @@ from pathlib import Path
 
 import pytest
 import yaml
+from conftest import RUN_TIME
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -19,6 +21,7 @@ ROOT = Path(__file__).parent.parent
 LIBRARY = sorted((ROOT / "mocaplab").glob("*.py"))
 LIBRARY += sorted((ROOT / "mocaplab" / "reproduction").glob("[!_]*.py"))
 TOOLS = sorted((ROOT / "data_tools").glob("*.py"))
+NOTEBOOKS = sorted((ROOT / "notebooks").glob("*.ipynb"))
 
 # Each module may import only modules that stand on a line above its own.
 LAYERS = [
@@ -352,3 +355,23 @@ def test_continuous_integration_runs_the_command_of_the_readme():
     assert "make test" in (ROOT / ".ci" / "run").read_text()
     assert "make test" in (ROOT / "README.md").read_text()
     assert os.access(ROOT / ".ci" / "run", os.X_OK)
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_notebook_opens_and_closes_as_all_do(path):
+    cells = ["".join(cell["source"]) for cell in json.loads(path.read_text("utf-8"))["cells"]]
+    assert "After this notebook you can" in cells[0]
+    assert "**You need**" in cells[0]
+    assert RUN_TIME.search(cells[0]), "no line with the minutes; see RUN_TIME in conftest.py"
+    assert "## Recap" in cells[-1]
+    assert "**Next:**" in cells[-1]
+
+
+def test_readme_maps_every_notebook():
+    readme = (ROOT / "README.md").read_text("utf-8")
+    for path in NOTEBOOKS:
+        first = "".join(json.loads(path.read_text("utf-8"))["cells"][0]["source"])
+        row = next(line for line in readme.splitlines() if f"(notebooks/{path.name})" in line)
+        found = RUN_TIME.search(first)
+        assert found is not None
+        assert f"| {found[3]} |" in row, "the README gives other minutes than the notebook"

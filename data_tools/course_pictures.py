@@ -19,6 +19,7 @@ FIGURES = {
     "smoothing.png": ("03_classical_smoothing", "c34"),
     "building_ebf.png": ("04_building_ebf", "c02"),
     "filling_gaps.png": ("06_filling_gaps_ebd", "c04"),
+    "two_sources.png": ("09_two_sources", "c56"),
     "beyond.png": ("11_beyond_the_paper", "c29"),
 }
 """For each picture the notebook and the cell that draws it."""

@@ -38,8 +38,8 @@ lab: $(BIN)/.lab  ## set up, then open the notebooks in JupyterLab
 	  --LabApp.default_url=/lab/tree/00_start_here.ipynb
 
 test: $(BIN)/.dev check  ## set up, then run every check, test and notebook
-	$(BIN)/python -m pytest --nbval-lax --nbval-cell-timeout=120 \
-	  --nbval-sanitize-with tests/nbval_sanitize.cfg tests notebooks
+	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadfile --nbval-lax \
+	  --nbval-cell-timeout=120 --nbval-sanitize-with tests/nbval_sanitize.cfg tests notebooks
 
 check: $(BIN)/.dev  ## lint, format and types only
 	$(BIN)/ruff check .

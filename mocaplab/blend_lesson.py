@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import torch
@@ -74,7 +75,8 @@ class BlendLesson:
 
     A clip that was measured for the covariance would get a better linear estimate in training
     than any new clip ever will, and the network would trust it too much. So the clips are
-    dealt into ``N_FOLDS`` parts, and the estimate of each clip uses the other parts only.
+    dealt into ``N_FOLDS`` parts, and the estimate of each clip uses the other parts only. If
+    there are fewer clips than parts, they are cut into stretches first.
     """
 
     N_FOLDS = 4
@@ -92,6 +94,8 @@ class BlendLesson:
         measure: bool,
     ):
         self.config, self.radius = config, network.config.radius
+        if measure and len(clips) < self.N_FOLDS:
+            clips = _stretches(clips, 2 * self.N_FOLDS, config.n_frames)
         self.versions = [[_clip(m, columns) for m in with_mirror(clip)] for clip in clips]
         self.covariances = [network.covariance.cpu()] * len(clips)
         if measure:
@@ -218,6 +222,15 @@ def _play(
     return np.pad(channels, missing, mode="symmetric"), speed * np.pad(
         root, missing, mode="symmetric"
     )
+
+
+def _stretches(clips: Sequence[Motion], n: int, least: int) -> list[Motion]:
+    """Cut each clip into n stretches, or into fewer so that none is shorter than least frames."""
+    cut = []
+    for clip in clips:
+        ends = np.linspace(0, clip.n_frames, max(1, min(n, clip.n_frames // least)) + 1).astype(int)
+        cut += [clip.slice_frames(int(a), int(b)) for a, b in pairwise(ends)]
+    return cut
 
 
 def _join(pieces: Sequence[Spread]) -> Spread:

@@ -163,7 +163,9 @@ def _parser() -> argparse.ArgumentParser:
         help="blend is the best, ebf the network of the paper (default: %(default)s)",
     )
     train.add_argument(
-        "--epochs", type=_count, help="passes over the clips (default: 20 for blend, 200 for ebf)"
+        "--epochs",
+        type=_count,
+        help="passes over the clips (default: 20 for blend, 200 for ebf, more for few clips)",
     )
     train.add_argument(
         "--seed", type=_seed, default=0, help="the same seed gives the same model (default: 0)"

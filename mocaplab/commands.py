@@ -66,7 +66,7 @@ def train(options: argparse.Namespace) -> None:
     """Train a model, then test it on the clips held out."""
     from mocaplab.checkpoints import save_checkpoint
     from mocaplab.cleaning import Cleaner
-    from mocaplab.network_methods import SHAPES, training_recipe
+    from mocaplab.network_methods import SHAPES, enough_epochs, training_recipe
     from mocaplab.training import train as train_model
 
     check_writable(options.output)
@@ -77,7 +77,8 @@ def train(options: argparse.Namespace) -> None:
         training, test = split_holdout(dataset, options.holdout, seed=options.seed)
     frames = sum(clip.n_frames for clip in training.clips)
     print(f"training on {len(training)} clips ({frames} frames) of {options.folder}")
-    config = training_recipe(options.network, options.epochs, options.seed)
+    epochs = options.epochs or enough_epochs(options.network, frames)
+    config = training_recipe(options.network, epochs, options.seed)
     shape = SHAPES[options.network]
     state_path = Path(f"{options.output}.part")
     if state_path.exists():

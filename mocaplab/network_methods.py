@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -35,10 +36,22 @@ SHAPES: dict[str, Callable[[int], Any]] = {
 """For the name of a method, a function from the number of channels to a network's shape."""
 
 
+LEAST_FRAMES_SEEN = 200_000
+"""Frames times epochs below which a training is too short."""
+
+
 def training_recipe(name: str, epochs: int | None, seed: int = 0) -> TrainConfig:
     """Return how a network of this name is trained; without epochs, for its usual number."""
     config = {"blend": BLEND_TRAINING, "ebd": EBD_TRAINING}.get(name, TrainConfig())
     return replace(config, seed=seed, epochs=epochs or config.epochs)
+
+
+def enough_epochs(name: str, n_frames: int) -> int:
+    """Return a network's usual number of epochs, or more if there are few frames to see.
+
+    An epoch over one short clip is a step or two, and no network learns anything in forty.
+    """
+    return max(training_recipe(name, None).epochs, math.ceil(LEAST_FRAMES_SEEN / n_frames))
 
 
 def training_noise(config: TrainConfig, recipe: str) -> tuple[TrainConfig, str | None]:

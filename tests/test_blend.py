@@ -67,7 +67,7 @@ def test_weights_are_shares():
     assert (weights > 0).all()
 
 
-def test_the_covariance_is_that_of_clean_windows(lesson, clips):
+def test_the_covariance_is_that_of_clean_windows(lesson):
     learned, network = lesson
     covariance = network.covariance
     torch.testing.assert_close(covariance, covariance.T)
@@ -75,8 +75,18 @@ def test_the_covariance_is_that_of_clean_windows(lesson, clips):
     power = torch.diagonal(covariance).reshape(-1, k).sum(1)
     # A window of 31 samples of deviation 1 has a power of 31; the slow cosines hold most of it.
     assert ((power > 20) & (power < 40)).float().mean() > 0.8
-    assert len(learned.covariances) == len(clips)
+    assert len(learned.covariances) == len(learned.versions)
     assert not any(torch.equal(own, covariance) for own in learned.covariances)
+
+
+def test_a_single_clip_is_cut_into_stretches(embedded):
+    clip = embedded.clips[0].slice_frames(0, 400)
+    columns = clip.skeleton.is_cleaned
+    network = build_network(BlendConfig(int(columns.sum())), seed=0)
+    learned = BlendLesson([clip], BLEND_TRAINING, columns, network, measure=True)
+    assert len(learned.versions) == 4  # 400 frames hold four pieces of 96
+    assert sum(len(versions[0].channels) for versions in learned.versions) == 400
+    assert not any(torch.equal(own, network.covariance) for own in learned.covariances)
 
 
 def test_a_lesson_shows_pieces_of_noisy_clips(lesson):

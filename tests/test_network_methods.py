@@ -7,7 +7,13 @@ from mocaplab.gap_filling import lerp_gaps
 from mocaplab.gaps import hide
 from mocaplab.methods import NETWORK_LABELS
 from mocaplab.motion import moving_channels
-from mocaplab.network_methods import SHAPES, train_method, training_recipe
+from mocaplab.network_methods import (
+    LEAST_FRAMES_SEEN,
+    SHAPES,
+    enough_epochs,
+    train_method,
+    training_recipe,
+)
 
 
 @pytest.fixture(scope="module")
@@ -51,3 +57,9 @@ def test_recipes():
     assert training_recipe("ebf", None).epochs == 200
     assert training_recipe("blend", None, seed=3).seed == 3
     assert training_recipe("blend", 7).epochs == 7
+
+
+def test_few_frames_are_seen_more_often():
+    assert enough_epochs("blend", 35_000) == 20
+    assert enough_epochs("ebf", 35_000) == 200
+    assert 1000 * enough_epochs("blend", 1000) >= LEAST_FRAMES_SEEN

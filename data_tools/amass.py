@@ -15,7 +15,7 @@ import numpy as np
 
 from mocaplab.motion import FloatArray
 from mocaplab.quaternions import rotation_vector_to_quaternion
-from mocaplab.segments import SegmentClip
+from mocaplab.two_sources.segments import SegmentClip
 
 SMPL_JOINTS = (
     *("pelvis", "left_hip", "right_hip", "spine1", "left_knee", "right_knee", "spine2"),

@@ -37,10 +37,10 @@ from data_tools.fetching import sha256
 from mocaplab import __version__
 from mocaplab.corruption import corrupt, snr_db
 from mocaplab.datasets import Dataset, clip_digest, load_dataset
-from mocaplab.draws import draw_seed
 from mocaplab.files import write_atomically
-from mocaplab.gaps import hidden_share
 from mocaplab.motion import Motion
+from mocaplab.noise.draws import draw_seed
+from mocaplab.noise.gaps import hidden_share
 
 FORMAT = 2
 ONLY = f"corruptions to write, of {', '.join(RECIPES)} (default: all)"

@@ -10,8 +10,8 @@ import argparse
 from matplotlib.figure import Figure
 
 from mocaplab.datasets import load_dataset
-from mocaplab.lab_model import Laboratory, LabSettings
-from mocaplab.lab_picture import draw_error_curve, draw_widths
+from mocaplab.lab.model import Laboratory, LabSettings
+from mocaplab.lab.picture import draw_error_curve, draw_widths
 
 
 def main() -> None:

@@ -13,8 +13,8 @@ from matplotlib.axes import Axes
 
 from mocaplab.bvh import load_bvh
 from mocaplab.kinematics import end_site_positions, forward_kinematics
+from mocaplab.measures.movement import foot_heights
 from mocaplab.motion import Motion
-from mocaplab.movement import foot_heights
 from mocaplab.synthesis import ACTIONS, synthesize
 
 SPAN_S = {"walk": 1.3, "jog": 1.0, "run": 0.9, "jump": 1.4, "kick": 1.2}

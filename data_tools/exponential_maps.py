@@ -16,7 +16,7 @@ import numpy as np
 
 from mocaplab.files import FormatError
 from mocaplab.quaternions import rotation_vector_to_quaternion
-from mocaplab.segments import SegmentClip
+from mocaplab.two_sources.segments import SegmentClip
 
 COLUMNS = {99: "Human3.6M", 117: "CMU"}
 """How many numbers a line has, and in which collection."""
@@ -35,8 +35,8 @@ def load_exponential_map(
     path : path of a text file
     fps : float, frames per second
     joints : numbers of the joints to keep, or None for all of them
-        Many joints of both collections never turn; :func:`mocaplab.segments.moving_segments`
-        tells which do.
+        Many joints of both collections never turn;
+        :func:`mocaplab.two_sources.segments.moving_segments` tells which do.
     action : str
 
     Returns

@@ -11,9 +11,9 @@ import numpy as np
 
 from data_tools.model_clips import frame_features
 from mocaplab.kinematics import forward_kinematics
+from mocaplab.measures.movement import foot_heights
 from mocaplab.motion import BoolArray, FloatArray, Motion
 from mocaplab.motion_model import CM_PER_UNIT, fourier_basis
-from mocaplab.movement import foot_heights
 
 N_HARMONICS = 8  # of the gait cycle: 7 Hz in a walk, 11 Hz in a run
 MAX_RISE_CM, MAX_TURN_DEG, MAX_DETOUR = 20.0, 30.0, 1.05

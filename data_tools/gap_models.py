@@ -15,14 +15,14 @@ from dataclasses import replace
 import numpy as np
 
 from mocaplab.checkpoints import save_checkpoint
+from mocaplab.comparison.network_methods import SHAPES, training_recipe
 from mocaplab.datasets import Dataset, clip_digest, load_folder, split_holdout
 from mocaplab.files import check_writable
-from mocaplab.gap_files import save_filler
-from mocaplab.gap_gaussian import GaussianFiller
-from mocaplab.gap_gaussian_fit import fit_gaussian_filler
-from mocaplab.gap_network import with_gap_errors
+from mocaplab.gap_fillers.files import save_filler
+from mocaplab.gap_fillers.gaussian import GaussianFiller
+from mocaplab.gap_fillers.gaussian_fit import fit_gaussian_filler
+from mocaplab.gap_fillers.network import with_gap_errors
 from mocaplab.motion import Corrupted, Motion
-from mocaplab.network_methods import SHAPES, training_recipe
 from mocaplab.training import train
 
 

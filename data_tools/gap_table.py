@@ -20,21 +20,21 @@ import matplotlib.pyplot as plt
 import numpy as np
 from tqdm.auto import tqdm
 
-from mocaplab.bootstrap import mean_intervals
 from mocaplab.cleaning import Cleaner
+from mocaplab.comparison.bootstrap import mean_intervals
 from mocaplab.datasets import Dataset, load_folder, split_holdout
 from mocaplab.files import write_atomically
-from mocaplab.filled import Filled, fill_by_lines
 from mocaplab.filters import filter_motion, gaussian_filter
-from mocaplab.gap_files import shipped_filler
-from mocaplab.gap_filling import pchip_gaps
-from mocaplab.gap_lowrank import fit_lowrank_gaps
-from mocaplab.gap_measures import gap_rms_deg
-from mocaplab.gap_network import NetworkFiller
-from mocaplab.gap_pca import fit_pca_gaps
-from mocaplab.gaps import hide
+from mocaplab.gap_fillers.curves import pchip_gaps
+from mocaplab.gap_fillers.files import shipped_filler
+from mocaplab.gap_fillers.filled import Filled, fill_by_lines
+from mocaplab.gap_fillers.lowrank import fit_lowrank_gaps
+from mocaplab.gap_fillers.network import NetworkFiller
+from mocaplab.gap_fillers.pca import fit_pca_gaps
+from mocaplab.measures.gaps import gap_rms_deg
 from mocaplab.motion import BoolArray, Corrupted, Motion, moving_channels
-from mocaplab.noise import angular_noise
+from mocaplab.noise.angular import angular_noise
+from mocaplab.noise.gaps import hide
 from mocaplab.plotting import PALETTE
 
 FRAMES = (1, 4, 15, 30, 60, 120, 240, 600)

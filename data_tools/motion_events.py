@@ -10,9 +10,9 @@ import numpy as np
 
 from data_tools.model_clips import frame_features
 from mocaplab.kinematics import forward_kinematics
+from mocaplab.measures.movement import foot_heights
 from mocaplab.motion import BoolArray, FloatArray, Motion
 from mocaplab.motion_model import CM_PER_UNIT, FRAME_TIME, cosine_basis
-from mocaplab.movement import foot_heights
 
 N_COSINES = 48  # half periods over a window of about 2 s: 11 Hz
 WINDOW_S = {"jump": (1.0, 0.8), "kick": (1.05, 0.95)}  # before the first, after the last landmark

@@ -34,10 +34,10 @@ from data_tools.paper_b_scores import (
     compare_predictions,
     failure,
 )
-from mocaplab.bootstrap import mean_intervals, paired_interval
+from mocaplab.comparison.bootstrap import mean_intervals, paired_interval
 from mocaplab.datasets import load_folder
-from mocaplab.segments import moving_segments
-from mocaplab.source_noise import SourceNoise, two_sources
+from mocaplab.two_sources.noise import SourceNoise, two_sources
+from mocaplab.two_sources.segments import moving_segments
 
 PARTS = ("fusion", "failure", "prediction", "cost")
 """The experiments, in order."""

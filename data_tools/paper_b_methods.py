@@ -13,7 +13,10 @@ from numpy.typing import ArrayLike
 from data_tools.paper_b_models import RECIPES, Clips, fusion_clips
 from mocaplab.cleaning import Cleaner
 from mocaplab.euler import make_continuous
-from mocaplab.fusion_baselines import (
+from mocaplab.motion import FloatArray, Motion
+from mocaplab.poses import motion_to_quaternions
+from mocaplab.rotation_channels import rotations_to_channels
+from mocaplab.two_sources.baselines import (
     gated_gaussian_mean,
     gaussian_mean,
     mean_of_sources,
@@ -21,13 +24,14 @@ from mocaplab.fusion_baselines import (
     steadier_source,
     tune_width,
 )
-from mocaplab.motion import FloatArray, Motion
-from mocaplab.poses import motion_to_quaternions
-from mocaplab.prediction_baselines import constant_velocity, mean_pose_predictor, zero_velocity
-from mocaplab.rotation_channels import rotations_to_channels
-from mocaplab.segments import SegmentClip, mean_pose
-from mocaplab.source_models import SourceModel, load_source_model, shipped_source_model
-from mocaplab.source_noise import SourceNoise, two_sources
+from mocaplab.two_sources.model_files import SourceModel, load_source_model, shipped_source_model
+from mocaplab.two_sources.noise import SourceNoise, two_sources
+from mocaplab.two_sources.prediction_baselines import (
+    constant_velocity,
+    mean_pose_predictor,
+    zero_velocity,
+)
+from mocaplab.two_sources.segments import SegmentClip, mean_pose
 
 Fusion = Callable[[FloatArray, FloatArray], FloatArray]
 

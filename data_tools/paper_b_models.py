@@ -21,23 +21,23 @@ from torch import nn
 
 from mocaplab.datasets import Dataset, load_folder, split_holdout
 from mocaplab.files import check_writable
-from mocaplab.robust_fusion import RobustConfig, RobustFusion
-from mocaplab.segments import (
+from mocaplab.two_sources.learning import SourceTrainConfig
+from mocaplab.two_sources.model_files import SourceModel, save_source_model
+from mocaplab.two_sources.networks import (
+    PredictionConfig,
+    PredictionLSTM,
+    TwoSourceConfig,
+    TwoSourceLSTM,
+)
+from mocaplab.two_sources.robust import RobustConfig, RobustFusion
+from mocaplab.two_sources.segments import (
     SegmentClip,
     mean_pose,
     motion_to_segments,
     resample_segments,
     segment_names,
 )
-from mocaplab.source_learning import SourceTrainConfig
-from mocaplab.source_models import SourceModel, save_source_model
-from mocaplab.source_networks import (
-    PredictionConfig,
-    PredictionLSTM,
-    TwoSourceConfig,
-    TwoSourceLSTM,
-)
-from mocaplab.source_training import train_fusion, train_prediction
+from mocaplab.two_sources.training import train_fusion, train_prediction
 
 PREDICTION_FPS = 25.0
 SHARE = 0.05
@@ -113,7 +113,7 @@ def train_model(
     name : a name of ``RECIPES``
     clips : Clips
     seed : int, of first weights, windows and noise
-    state_path, progress : see :func:`mocaplab.source_training.train_fusion`
+    state_path, progress : see :func:`mocaplab.two_sources.training.train_fusion`
     n_hidden : int, LSTM units; 1000 in the paper. The robust network has its own sizes.
     changes : fields of SourceTrainConfig to set otherwise
     """

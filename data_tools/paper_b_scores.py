@@ -7,15 +7,15 @@ import numpy as np
 from data_tools.paper_b_methods import Fusion, ebf_on_mean, predictors, with_segments
 from data_tools.paper_b_models import Clips, fusion_clips, prediction_clips
 from mocaplab.cleaning import Cleaner
-from mocaplab.fusion_baselines import quaternion_distance
+from mocaplab.measures.movement import jitter
 from mocaplab.motion import BoolArray
-from mocaplab.movement import jitter
-from mocaplab.prediction_baselines import horizon_frames, prediction_error_rad
-from mocaplab.segments import all_windows
-from mocaplab.source_batches import towards_pure_noise
-from mocaplab.source_models import SourceModel
-from mocaplab.source_noise import SourceNoise, two_sources
-from mocaplab.units import cm_per_unit
+from mocaplab.skeletons.units import cm_per_unit
+from mocaplab.two_sources.baselines import quaternion_distance
+from mocaplab.two_sources.batches import towards_pure_noise
+from mocaplab.two_sources.model_files import SourceModel
+from mocaplab.two_sources.noise import SourceNoise, two_sources
+from mocaplab.two_sources.prediction_baselines import horizon_frames, prediction_error_rad
+from mocaplab.two_sources.segments import all_windows
 
 Row = dict[str, object]
 

@@ -19,22 +19,22 @@ import torch
 from torch import Tensor, nn
 from tqdm.auto import tqdm
 
-from mocaplab.blend_lesson import with_mirror
 from mocaplab.checkpoints import Checkpoint, save_checkpoint
 from mocaplab.corruption import corrupt
 from mocaplab.datasets import clip_digest, load_folder, split_holdout
 from mocaplab.estimate_bank import cosine_windows
 from mocaplab.files import check_writable
-from mocaplab.live_mixer import LiveMixer, LiveMixerConfig
+from mocaplab.learning.blend_lesson import with_mirror
+from mocaplab.learning.state import cosine_decay
+from mocaplab.live.bank import N_CLUES, N_ESTIMATES, N_PAST, RunningBank, linear_gains
+from mocaplab.live.mixer import LiveMixer, LiveMixerConfig
 from mocaplab.motion import BoolArray, FloatArray, Motion
 from mocaplab.normalization import constant_channels, standardize
-from mocaplab.streaming_bank import N_CLUES, N_ESTIMATES, N_PAST, RunningBank, linear_gains
-from mocaplab.training_state import cosine_decay
 from mocaplab.tuning import tune_gaussian
 
 LOOK_AHEADS = (0, 1, 2, 3, 5, 7, 10, 15)  # frames; the network is told which
 DRAWS = 4  # times that each clip is spoiled, each time with another noise, speed, look-ahead
-N_FOLDS = 4  # a clip's linear estimate must not know the clip: see mocaplab.blend_lesson
+N_FOLDS = 4  # a clip's linear estimate must not know the clip: see mocaplab.learning.blend_lesson
 LONGEST = 800  # frames of a clip
 STRIDE = 3  # of the frames, one in so many is learned from: neighbours are alike
 PIECE = 32  # frames (so 96 of the clip) that make up one term of the loss

@@ -183,7 +183,7 @@ WRONG_ANSWERS_NETWORKS["gap_pipeline"] = [
     WrongAnswer(
         "fill",
         "",
-        "from mocaplab.gap_filling import pchip_gaps\n\nreturn pchip_gaps(observed)",
+        "from mocaplab.gap_fillers.curves import pchip_gaps\n\nreturn pchip_gaps(observed)",
         "half of the points",
         10.0,
     ),

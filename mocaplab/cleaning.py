@@ -10,18 +10,18 @@ import numpy as np
 from tqdm.auto import tqdm
 
 from mocaplab.checkpoints import SHIPPED, Checkpoint, load_checkpoint, shipped_checkpoint
-from mocaplab.clip_view import long_runs, view_clip
-from mocaplab.filled import Filled, check_observed, fill_by_lines
-from mocaplab.gap_files import shipped_filler
-from mocaplab.gaps import hide
+from mocaplab.cleaner.clip_view import long_runs, view_clip
+from mocaplab.cleaner.network_runner import NetworkRunner, measure_scale
+from mocaplab.cleaner.piece_cleaner import PieceCleaner
+from mocaplab.cleaner.pieces import cut
+from mocaplab.gap_fillers.files import shipped_filler
+from mocaplab.gap_fillers.filled import Filled, check_observed, fill_by_lines
 from mocaplab.motion import BoolArray, FloatArray, Motion, Skeleton
 from mocaplab.motion_model import load_motion_model
-from mocaplab.network_runner import NetworkRunner, measure_scale
 from mocaplab.networks import EBF
-from mocaplab.piece_cleaner import PieceCleaner
-from mocaplab.pieces import cut
-from mocaplab.skeleton_json import skeleton_from_json
-from mocaplab.skeleton_matching import SkeletonMatch, match_skeletons
+from mocaplab.noise.gaps import hide
+from mocaplab.skeletons.as_json import skeleton_from_json
+from mocaplab.skeletons.matching import SkeletonMatch, match_skeletons
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +35,8 @@ class Cleaned:
     left : array, shape (T, C), bool
         True inside gaps that are longer than ``max_gap_s`` and so were not filled.
     std_deg : array, shape (T, C), degrees
-        Expected error of the filled samples; see :class:`mocaplab.filled.Filled`. 0 elsewhere.
+        Expected error of the filled samples; see :class:`mocaplab.gap_fillers.filled.Filled`. 0
+        elsewhere.
     width_s : array, shape (T, C), seconds, or None
         How widely each sample was smoothed, where that was asked for.
     match : SkeletonMatch
@@ -54,7 +55,7 @@ class Cleaner:
 
     Gaps are filled, then the network cleans every joint angle. The motion may have another
     frame rate than the model, joints with other names, channels and orders
-    (:func:`mocaplab.skeleton_matching.match_skeletons`), and any length: long clips are
+    (:func:`mocaplab.skeletons.matching.match_skeletons`), and any length: long clips are
     cleaned in pieces. A channel that moves, but never did in training, is smoothed with the
     single Gaussian width that was tuned on the training clips: the network knows nothing of
     it. The root, and channels that do not move, come out exactly as they went in.
@@ -65,8 +66,9 @@ class Cleaner:
         ``"blend"`` is the best, ``"ebf"`` is the network of paper A.
     filler : function
         Takes a continuous motion of the model's skeleton and frame rate, with NaN inside gaps,
-        and returns a :class:`mocaplab.filled.Filled`. By default the one in the package,
-        :func:`mocaplab.gap_files.shipped_filler`; straight lines for a model of other joints.
+        and returns a :class:`mocaplab.gap_fillers.filled.Filled`. By default the one in the
+        package, :func:`mocaplab.gap_fillers.files.shipped_filler`; straight lines for a model of
+        other joints.
     max_gap_s : float, seconds, optional
         Longer gaps are not filled.
     """
@@ -98,7 +100,7 @@ class Cleaner:
 
         Warns
         -----
-        mocaplab.gap_filling.GapWarning
+        mocaplab.gap_fillers.curves.GapWarning
             If a channel was never observed; it is left at rest.
         """
         cleaned = self.clean_in_detail(motion)

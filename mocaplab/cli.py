@@ -9,9 +9,13 @@ import sys
 import warnings
 from collections.abc import Callable, Sequence
 
-from mocaplab import __version__, clean_command, commands, evaluate_command, reproduce_command
+from mocaplab import __version__
+from mocaplab.commands import clean as clean_command
+from mocaplab.commands import commands
+from mocaplab.commands import evaluate as evaluate_command
+from mocaplab.commands import reproduce as reproduce_command
 from mocaplab.corruption import corruption_table
-from mocaplab.gap_filling import GapWarning
+from mocaplab.gap_fillers.curves import GapWarning
 from mocaplab.splits import KINDS
 
 _EXAMPLES = """\

@@ -13,7 +13,10 @@ from difflib import get_close_matches
 
 import numpy as np
 
-from mocaplab.capture_faults import (
+from mocaplab.euler import make_continuous
+from mocaplab.motion import Corrupted, Motion, moving_channels
+from mocaplab.noise.angular import angular_noise, biased_noise, uniform_noise, wavering_noise
+from mocaplab.noise.faults import (
     drift,
     dropped_frames,
     frozen_frames,
@@ -21,12 +24,9 @@ from mocaplab.capture_faults import (
     spikes,
     swaps,
 )
-from mocaplab.euler import make_continuous
-from mocaplab.gaps import gap_mask, hide, long_gap_mask
-from mocaplab.motion import Corrupted, Motion, moving_channels
-from mocaplab.noise import angular_noise, biased_noise, uniform_noise, wavering_noise
-from mocaplab.source_noise import source_noise_motion
-from mocaplab.spatial_noise import spatial_noise, spatial_noise_ends
+from mocaplab.noise.gaps import gap_mask, hide, long_gap_mask
+from mocaplab.noise.spatial import spatial_noise, spatial_noise_ends
+from mocaplab.two_sources.noise import source_noise_motion
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mocaplab.filters import Denoiser
-from mocaplab.measures import find_measure
+from mocaplab.measures.by_name import find_measure
 from mocaplab.motion import Corrupted, Motion
 
 
@@ -63,7 +63,7 @@ def compare_methods(
     methods : name -> Denoiser
     corruption : str, how the clips were corrupted, for the table
     seed : int, the seed that they were corrupted with
-    measures : names in :data:`mocaplab.measures.MEASURES`
+    measures : names in :data:`mocaplab.measures.by_name.MEASURES`
 
     Returns
     -------

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mocaplab.euler import motion_continuity
-from mocaplab.gap_filling import lerp_gaps, never_observed
+from mocaplab.gap_fillers.curves import lerp_gaps, never_observed
 from mocaplab.motion import BoolArray, FloatArray, Motion, moving_channels
 
 
@@ -126,7 +126,7 @@ class GapFiller:
     ----------
     fill : function
         Takes a motion with continuous angles and returns it without NaN, such as
-        :func:`mocaplab.gap_filling.pchip_gaps`.
+        :func:`mocaplab.gap_fillers.curves.pchip_gaps`.
     """
 
     def __init__(self, fill: Callable[[Motion], Motion]):

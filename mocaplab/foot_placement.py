@@ -11,9 +11,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from mocaplab.measures.movement import foot_points
 from mocaplab.motion import FloatArray, Motion
 from mocaplab.motion_model import CM_PER_UNIT
-from mocaplab.movement import foot_points
 
 CONTACT_CM = 2.0  # a foot at this height counts as standing with weight exp(-1)
 MISMATCH_CM_S = 40.0  # as does one whose speed differs by this much from the one expected

@@ -8,15 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 
-from mocaplab.angle_measures import check_complete
+from mocaplab.measures.angles import check_complete
+from mocaplab.measures.movement import jitter
 from mocaplab.motion import BoolArray, FloatArray, IntArray, Motion, Skeleton, moving_channels
-from mocaplab.movement import jitter
 from mocaplab.poses import motion_to_quaternions
 from mocaplab.quaternions import align_hemisphere
-from mocaplab.robust_fusion import RobustFusion
 from mocaplab.rotation_channels import write_angles
-from mocaplab.source_models import SourceModel, load_source_model, shipped_source_model
-from mocaplab.time_offset import Offset, common_frames, find_offset
+from mocaplab.two_sources.model_files import SourceModel, load_source_model, shipped_source_model
+from mocaplab.two_sources.robust import RobustFusion
+from mocaplab.two_sources.time_offset import Offset, common_frames, find_offset
 
 CHUNK_FRAMES = 2000
 """Frames that go through the network at once, so that long files take no more memory."""

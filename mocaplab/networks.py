@@ -25,7 +25,7 @@ from mocaplab.layers import (
     seeded,
     start_near,
 )
-from mocaplab.live_mixer import LiveMixer, LiveMixerConfig
+from mocaplab.live.mixer import LiveMixer, LiveMixerConfig
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 
-from mocaplab.bootstrap import Interval
+from mocaplab.comparison.bootstrap import Interval
 from mocaplab.euler import align_to
 from mocaplab.kinematics import forward_kinematics
 from mocaplab.motion import Motion

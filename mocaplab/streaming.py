@@ -16,9 +16,9 @@ from collections import deque
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mocaplab.live.angles import ContinuousAngles
+from mocaplab.live.filters import LiveFilter
 from mocaplab.motion import BoolArray, FloatArray, Motion, Skeleton
-from mocaplab.streaming_angles import ContinuousAngles
-from mocaplab.streaming_filters import LiveFilter
 
 SHOWN_LABELS = 4
 """How many channels an error names before it only counts."""
@@ -35,9 +35,9 @@ class Stream:
     skeleton : Skeleton
     frame_time : float, seconds
     live_filter : LiveFilter
-        Such as :class:`mocaplab.streaming_blend.LiveBlend`, the best one,
-        :class:`mocaplab.streaming_ebf.LiveEBF`, paper A's, or
-        :class:`mocaplab.streaming_filters.LiveGaussian`. It also sets the look-ahead.
+        Such as :class:`mocaplab.live.blend.LiveBlend`, the best one,
+        :class:`mocaplab.live.ebf.LiveEBF`, paper A's, or
+        :class:`mocaplab.live.filters.LiveGaussian`. It also sets the look-ahead.
     hold_gaps : bool
         What to do with NaN, a sample that was not observed. False: refuse the frame. True: hold
         the last value that was (the rest pose before the first), and count it in ``n_held``.

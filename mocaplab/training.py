@@ -14,26 +14,26 @@ import torch
 from tqdm.auto import tqdm
 
 from mocaplab.blend import Blend
-from mocaplab.blend_lesson import BlendLesson
 from mocaplab.checkpoints import Checkpoint
 from mocaplab.corruption import corrupt
 from mocaplab.datasets import clip_digest
 from mocaplab.layers import seeded
-from mocaplab.lessons import Lesson, WindowLesson
-from mocaplab.motion import BoolArray, Motion, moving_channels
-from mocaplab.networks import EBFConfig, build_network
-from mocaplab.normalization import constant_channels
-from mocaplab.parallel import (
+from mocaplab.learning.blend_lesson import BlendLesson
+from mocaplab.learning.config import TrainConfig
+from mocaplab.learning.lessons import Lesson, WindowLesson
+from mocaplab.learning.parallel import (
     mean_over_processes,
     process_group,
     rank_and_size,
     share_gradients,
     training_device,
 )
-from mocaplab.recipe_lesson import RecipeLesson
-from mocaplab.skeleton_json import skeleton_to_json
-from mocaplab.train_config import TrainConfig
-from mocaplab.training_state import TrainingState, cosine_decay
+from mocaplab.learning.recipe_lesson import RecipeLesson
+from mocaplab.learning.state import TrainingState, cosine_decay
+from mocaplab.motion import BoolArray, Motion, moving_channels
+from mocaplab.networks import EBFConfig, build_network
+from mocaplab.normalization import constant_channels
+from mocaplab.skeletons.as_json import skeleton_to_json
 from mocaplab.tuning import tune_gaussian
 
 
@@ -51,7 +51,7 @@ def train(
     """Train a network.
 
     On a machine with a GPU it trains there; under ``torchrun`` with several processes
-    (:mod:`mocaplab.parallel`).
+    (:mod:`mocaplab.learning.parallel`).
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def train(
         Show a progress bar with the time left.
     on_epoch : function or None
         Called with the state of training after every epoch, such as
-        :class:`mocaplab.live_plot.LossPlot`.
+        :class:`mocaplab.learning.live_plot.LossPlot`.
 
     Returns
     -------

@@ -14,7 +14,7 @@ from typing import TypeVar
 import numpy as np
 
 from mocaplab.filters import Denoiser, GaussianDenoiser, Smoother
-from mocaplab.gap_filling import lerp_gaps
+from mocaplab.gap_fillers.curves import lerp_gaps
 from mocaplab.motion import (
     CONSTANT_STD_DEG,
     BoolArray,

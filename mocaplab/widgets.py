@@ -2,7 +2,7 @@
 
 The drawing is done in the browser, by ``static/player.js``; this file prepares the
 positions and keeps the frame, the speed and the playing state in step with Python. The lab
-of sliders and curves is in :mod:`mocaplab.lab`.
+of sliders and curves is in :mod:`mocaplab.lab.widget`.
 """
 
 from __future__ import annotations

@@ -27,7 +27,7 @@ from data_tools.assignment_notebooks import (
 )
 from data_tools.sample_submissions import wrong_sets
 from data_tools.wrong_answers import WRONG_ANSWERS
-from mocaplab.grading import NotRight, graded_student
+from mocaplab.assignments.grading import NotRight, graded_student
 
 NAMES = assignment_names()
 

@@ -11,8 +11,8 @@ from data_tools.benchmark import main, verify
 from data_tools.corruptions import RECIPES, read_file
 from mocaplab.corruption import CORRUPTIONS, corrupt, parse_recipe
 from mocaplab.datasets import Dataset
-from mocaplab.draws import draw_seed
 from mocaplab.files import write_atomically
+from mocaplab.noise.draws import draw_seed
 
 FEW = ("noise_0.1", "noise_0.5", "noise_0.9", "gaps", "noise_0.5_gaps")
 N_FILES = 2 * 2 * len(FEW)

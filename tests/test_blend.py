@@ -7,16 +7,16 @@ import pytest
 import torch
 
 from mocaplab.blend import LIMIT, Blend, BlendConfig
-from mocaplab.blend_lesson import BlendLesson
 from mocaplab.checkpoints import load_checkpoint, save_checkpoint
 from mocaplab.cleaning import Cleaner
 from mocaplab.corruption import corrupt
 from mocaplab.estimate_bank import estimates_and_clues, noise_std
 from mocaplab.layers import seeded
-from mocaplab.measures import rms_all_deg
+from mocaplab.learning.blend_lesson import BlendLesson
+from mocaplab.learning.config import BLEND_TRAINING
+from mocaplab.measures.by_name import rms_all_deg
 from mocaplab.networks import build_network
 from mocaplab.normalization import constant_channels
-from mocaplab.train_config import BLEND_TRAINING
 from mocaplab.training import train
 
 QUICK = replace(BLEND_TRAINING, epochs=2, batch_size=8)

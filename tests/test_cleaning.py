@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from mocaplab.clean_summary import report_changes
+from mocaplab.cleaner.summary import report_changes
 from mocaplab.cleaning import Cleaner
 from mocaplab.corruption import corrupt
 from mocaplab.euler import make_continuous
 from mocaplab.filters import GaussianDenoiser
-from mocaplab.measures import rms_all_deg
+from mocaplab.measures.by_name import rms_all_deg
 from mocaplab.motion import moving_channels
-from mocaplab.noise import angular_noise
+from mocaplab.noise.angular import angular_noise
 
 
 @pytest.fixture(scope="module")

@@ -6,17 +6,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mocaplab import pieces
+from mocaplab.cleaner import pieces
 from mocaplab.cleaning import Cleaner
 from mocaplab.corruption import corrupt
-from mocaplab.filled import fill_by_lines
 from mocaplab.filters import GaussianDenoiser
-from mocaplab.gap_filling import GapWarning
-from mocaplab.measures import rms_all_deg
+from mocaplab.gap_fillers.curves import GapWarning
+from mocaplab.gap_fillers.filled import fill_by_lines
+from mocaplab.measures.by_name import rms_all_deg
 from mocaplab.motion import Motion, moving_channels
-from mocaplab.noise import angular_noise
+from mocaplab.noise.angular import angular_noise
 from mocaplab.resampling import resample
-from mocaplab.retargeting import retarget
+from mocaplab.skeletons.retargeting import retarget
 
 
 @pytest.fixture(scope="module")

@@ -8,10 +8,10 @@ import sys
 import numpy as np
 import pytest
 
-from mocaplab import commands
 from mocaplab.bvh import load_bvh, save_bvh
 from mocaplab.cli import main
-from mocaplab.gap_filling import lerp_gaps
+from mocaplab.commands import commands
+from mocaplab.gap_fillers.curves import lerp_gaps
 
 
 @pytest.fixture

@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mocaplab.bootstrap import mean_intervals, paired_interval
-from mocaplab.comparison import ORACLE, Job
-from mocaplab.comparison_report import (
+from mocaplab.comparison.bootstrap import mean_intervals, paired_interval
+from mocaplab.comparison.job import ORACLE, Job
+from mocaplab.comparison.methods import METHODS
+from mocaplab.comparison.report import (
     BASELINE,
     between,
     draw_plots,
@@ -20,7 +21,6 @@ from mocaplab.comparison_report import (
     method_label,
     results_to_csv,
 )
-from mocaplab.methods import METHODS
 from mocaplab.splits import Split
 
 MEASURES = ("rms_all_deg", "rms_moving_deg", "gap_rms_deg", "jitter_cm_s3")

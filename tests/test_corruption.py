@@ -6,9 +6,9 @@ import pytest
 from mocaplab.bvh import load_bvh, save_bvh
 from mocaplab.cli import main
 from mocaplab.corruption import CORRUPTIONS, corrupt, parse_recipe, snr_db
-from mocaplab.gaps import gap_mask, hidden_share, load_gaps
 from mocaplab.motion import Corrupted, moving_channels
-from mocaplab.noise import angular_noise
+from mocaplab.noise.angular import angular_noise
+from mocaplab.noise.gaps import gap_mask, hidden_share, load_gaps
 
 SLOW = ("spatial", "spatial_ends")
 """These solve for the angles, frame by frame, and take no motion with gaps."""

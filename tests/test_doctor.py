@@ -14,7 +14,7 @@ from mocaplab.doctor import diagnose
 from mocaplab.euler import alternate_euler, rotation_triples
 from mocaplab.findings import Finding, summarize
 from mocaplab.motion import Motion
-from mocaplab.noise import angular_noise
+from mocaplab.noise.angular import angular_noise
 
 
 def defects(motion):

@@ -12,8 +12,8 @@ from mocaplab.evaluation import (
     table_by_action,
 )
 from mocaplab.filters import Untouched
-from mocaplab.measures import mpjpe_cm, rms_all_deg
-from mocaplab.units import cm_per_unit
+from mocaplab.measures.by_name import mpjpe_cm, rms_all_deg
+from mocaplab.skeletons.units import cm_per_unit
 
 
 def test_comparison_scores_every_clip_and_method(walk):

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from mocaplab.exercises import NOT_YET
-from mocaplab.exercises_gaps import check_conditional_mean, check_gap_rms, check_line
-from mocaplab.gap_filling import lerp_gaps
-from mocaplab.gaps import hide, long_gap_mask
+from mocaplab.exercises.gaps import check_conditional_mean, check_gap_rms, check_line
+from mocaplab.exercises.start import NOT_YET
+from mocaplab.gap_fillers.curves import lerp_gaps
+from mocaplab.noise.gaps import hide, long_gap_mask
 
 ODD = [object(), "text", [], {}, float("nan"), np.zeros((2, 3)), lambda: None, lambda *a: "x"]
 

@@ -7,15 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mocaplab.exercises import NOT_YET
-from mocaplab.exercises_lab import (
+from mocaplab.exercises.lab import (
     check_channel_sigma,
     check_gaussian_wins,
     check_least_smoothing,
     check_look_ahead,
 )
+from mocaplab.exercises.start import NOT_YET
 from mocaplab.filters import gaussian_filter
-from mocaplab.lab_model import Laboratory, LabSettings
+from mocaplab.lab.model import Laboratory, LabSettings
 
 THIGH, KNEE = "LeftUpLeg.Xrotation", "LeftLeg.Xrotation"
 ODD = ["", "a", [], {}, object(), np.array([1, 2]), 1j, float("nan"), float("inf"), True, ()]

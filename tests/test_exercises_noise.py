@@ -7,9 +7,8 @@ from functools import partial
 import numpy as np
 import pytest
 
-from mocaplab.answers import as_array, as_number, call, short
-from mocaplab.exercises import NOT_YET
-from mocaplab.exercises_noise import (
+from mocaplab.exercises.answers import as_array, as_number, call, short
+from mocaplab.exercises.noise import (
     check_bias,
     check_gap_lengths,
     check_k_of_snr,
@@ -18,13 +17,14 @@ from mocaplab.exercises_noise import (
     check_uniform_noise,
     hidden_share_expected,
 )
-from mocaplab.gaps import gap_mask, hidden_share, hide
+from mocaplab.exercises.start import NOT_YET
 from mocaplab.inverse_kinematics import solve_angles
 from mocaplab.kinematics import forward_kinematics
-from mocaplab.measures import rms_moving_deg
-from mocaplab.noise import angular_noise, movement_std, uniform_noise
-from mocaplab.spatial_noise import has_own_place, joints_that_move
-from mocaplab.units import cm_per_unit
+from mocaplab.measures.by_name import rms_moving_deg
+from mocaplab.noise.angular import angular_noise, movement_std, uniform_noise
+from mocaplab.noise.gaps import gap_mask, hidden_share, hide
+from mocaplab.noise.spatial import has_own_place, joints_that_move
+from mocaplab.skeletons.units import cm_per_unit
 
 RIGHT = "Right:"
 ODD = ("0.3", "text", [1, 2], [], {}, object(), float("nan"), True, 1j, [[1], [2, 3]], b"x")

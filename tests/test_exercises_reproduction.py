@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from mocaplab.exercises import NOT_YET
-from mocaplab.exercises_reproduction import (
+from mocaplab.exercises.reproduction import (
     COMPARISONS,
     REASONS,
     check_ratio,
     check_unfair,
     check_verdict,
 )
+from mocaplab.exercises.start import NOT_YET
 
 ODD = [3.0, [1, "a"], 1j, float("nan"), float("inf"), True, b"x", object(), (), {"a": 1}]
 

@@ -4,16 +4,16 @@ import numpy as np
 import pytest
 
 from mocaplab.corruption import corrupt
-from mocaplab.exercises import NOT_YET
-from mocaplab.exercises_smoothing import (
+from mocaplab.exercises.smoothing import (
     check_flattering_measure,
     check_frames_to_seconds,
     check_lag,
     check_moving_average,
     check_tuning,
 )
+from mocaplab.exercises.start import NOT_YET
 from mocaplab.filters import GaussianDenoiser
-from mocaplab.measures import rms_all_deg
+from mocaplab.measures.by_name import rms_all_deg
 from mocaplab.tuning import SIGMA_GRID_S, tune_gaussian
 
 ODD = ["text", 3.0, (), [1, "a"], {"a": 1}, 1j, float("nan"), float("inf"), True, b"x", object()]

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from mocaplab.exercises import NOT_YET
-from mocaplab.exercises_streaming import (
+from mocaplab.exercises.start import NOT_YET
+from mocaplab.exercises.streaming import (
     check_late_frames,
     check_live_average,
     check_look_ahead_choice,

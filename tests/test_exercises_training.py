@@ -5,8 +5,8 @@ import pytest
 import torch
 
 from mocaplab.datasets import clip_digest
-from mocaplab.exercises import NOT_YET
-from mocaplab.exercises_training import (
+from mocaplab.exercises.start import NOT_YET
+from mocaplab.exercises.training import (
     check_curves,
     check_leaks,
     check_loss,

@@ -11,9 +11,9 @@ from mocaplab.foot_placement import (
     place_feet,
     stance_velocity,
 )
+from mocaplab.measures.movement import foot_heights, foot_points
 from mocaplab.motion import Motion
 from mocaplab.motion_model import CM_PER_UNIT
-from mocaplab.movement import foot_heights, foot_points
 
 
 def test_a_walk_that_floats_and_skates_gets_its_floor_and_path_back(walk: Motion) -> None:

@@ -9,11 +9,11 @@ from mocaplab.euler import alternate_euler, make_continuous
 from mocaplab.fusion import Fuser
 from mocaplab.poses import motion_to_quaternions
 from mocaplab.resampling import resample
-from mocaplab.robust_fusion import RobustConfig
 from mocaplab.rotation_channels import rotations_to_channels
-from mocaplab.source_models import SourceModel, build_source_network, save_source_model
-from mocaplab.source_networks import TwoSourceConfig
-from mocaplab.source_noise import source_noise_motion
+from mocaplab.two_sources.model_files import SourceModel, build_source_network, save_source_model
+from mocaplab.two_sources.networks import TwoSourceConfig
+from mocaplab.two_sources.noise import source_noise_motion
+from mocaplab.two_sources.robust import RobustConfig
 
 
 @pytest.fixture(scope="module")

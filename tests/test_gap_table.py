@@ -12,9 +12,9 @@ from data_tools.gap_table import (
     draw_gaps,
     print_table,
 )
-from mocaplab.filled import fill_by_lines
-from mocaplab.gaps import hide
+from mocaplab.gap_fillers.filled import fill_by_lines
 from mocaplab.motion import moving_channels
+from mocaplab.noise.gaps import hide
 
 
 def test_gaps_of_one_length_in_moving_channels(walk):

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import correlate1d
 
-from mocaplab.lab_gaussian import LOOK_AHEADS_S, WIDTHS_S, gaussian, squared_error_table
+from mocaplab.lab.gaussian import LOOK_AHEADS_S, WIDTHS_S, gaussian, squared_error_table
 from mocaplab.packing import javascript
 
 DT = 1 / 120

@@ -10,8 +10,8 @@ import pytest
 from mocaplab.cleaning import Cleaner
 from mocaplab.corruption import corrupt
 from mocaplab.filters import gaussian_filter
-from mocaplab.lab_gaussian import LOOK_AHEADS_S, WIDTHS_S
-from mocaplab.lab_model import (
+from mocaplab.lab.gaussian import LOOK_AHEADS_S, WIDTHS_S
+from mocaplab.lab.model import (
     MAX_GAP_S,
     NOISES,
     Laboratory,
@@ -19,9 +19,9 @@ from mocaplab.lab_model import (
     max_amount,
     widest_channel,
 )
-from mocaplab.measures import rms_all_deg
+from mocaplab.live.filters import LiveGaussian
+from mocaplab.measures.by_name import rms_all_deg
 from mocaplab.motion import moving_channels
-from mocaplab.streaming_filters import LiveGaussian
 from mocaplab.tuning import tune, tune_gaussian
 
 KNEE = "LeftLeg.Xrotation"

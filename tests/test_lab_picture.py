@@ -10,9 +10,9 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
-from mocaplab.lab_gaussian import WIDTHS_S
-from mocaplab.lab_model import Laboratory, LabSettings
-from mocaplab.lab_picture import draw_lab, joint_widths, still_html
+from mocaplab.lab.gaussian import WIDTHS_S
+from mocaplab.lab.model import Laboratory, LabSettings
+from mocaplab.lab.picture import draw_lab, joint_widths, still_html
 
 KNEE = "LeftLeg.Xrotation"
 

@@ -7,7 +7,7 @@ from data_tools import paper_b, paper_b_models, paper_b_scores
 from data_tools.paper_b_models import RECIPES, prediction_clips, split_clips, train_model
 from mocaplab.bvh import save_bvh
 from mocaplab.datasets import Dataset, load_folder
-from mocaplab.source_models import load_source_model, save_source_model
+from mocaplab.two_sources.model_files import load_source_model, save_source_model
 
 TINY = {"epochs": 1, "steps": 1, "batch_size": 2, "progress": False, "n_hidden": 4}
 

@@ -8,7 +8,7 @@ from reproduction_cases import few_clips, small_plan
 
 from mocaplab.bvh import save_bvh
 from mocaplab.cli import main
-from mocaplab.job_runner import this_process
+from mocaplab.comparison.job_runner import this_process
 from mocaplab.reproduction import costs, driver
 
 matplotlib.use("agg")
@@ -45,7 +45,7 @@ def test_a_run_that_was_stopped_gives_the_same_tables(few, tmp_path):
 def test_given_networks_must_be_of_these_clips(few, tmp_path):
     with pytest.raises(ValueError, match=r"expected ebf-holdout_1\.safetensors and blend-"):
         driver.count_given(tmp_path, few, 0, 3)
-    from mocaplab.network_methods import train_method
+    from mocaplab.comparison.network_methods import train_method
     from mocaplab.splits import make_splits
 
     splits = make_splits("paper", few.actions, seed=0, n_holdouts=3)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from reproduction_cases import few_clips, made_up, small_plan
 
-from mocaplab.bootstrap import Interval
+from mocaplab.comparison.bootstrap import Interval
 from mocaplab.reproduction import (
     driver,
     figures_gaps,

@@ -7,9 +7,9 @@ import pytest
 import torch
 from reproduction_cases import few_clips
 
-from mocaplab.comparison import Job
-from mocaplab.draws import draw_test
+from mocaplab.comparison.job import Job
 from mocaplab.motion import moving_channels
+from mocaplab.noise.draws import draw_test
 from mocaplab.reproduction import networks_inside
 from mocaplab.reproduction.networks_inside import bias_share, fill_one_gap, gaussian_share
 from mocaplab.splits import Split

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mocaplab.bootstrap import Interval
+from mocaplab.comparison.bootstrap import Interval
 from mocaplab.reproduction.verdicts import (
     FAILS,
     HOLDS,

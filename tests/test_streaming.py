@@ -12,15 +12,15 @@ from mocaplab.corruption import corrupt
 from mocaplab.euler import alternate_euler, make_continuous, motion_continuity, wrap_degrees
 from mocaplab.filters import gaussian_filter
 from mocaplab.layers import bidirectional_lstm, seeded
-from mocaplab.movement import root_angular_velocity
+from mocaplab.live.angles import ContinuousAngles, RootVelocity
+from mocaplab.live.ebf import LiveEBF
+from mocaplab.live.filters import LiveGaussian, window_mean
+from mocaplab.live.lstm import LiveLSTM
+from mocaplab.live.statistics import RunningScale
+from mocaplab.measures.movement import root_angular_velocity
 from mocaplab.networks import EBFConfig, build_network
 from mocaplab.normalization import standardize
 from mocaplab.streaming import Stream, stream_motion
-from mocaplab.streaming_angles import ContinuousAngles, RootVelocity
-from mocaplab.streaming_ebf import LiveEBF
-from mocaplab.streaming_filters import LiveGaussian, window_mean
-from mocaplab.streaming_lstm import LiveLSTM
-from mocaplab.streaming_statistics import RunningScale
 
 LOOK_AHEADS = (0, 3, 15)
 

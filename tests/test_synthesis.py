@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from mocaplab.datasets import Dataset
+from mocaplab.measures.movement import foot_heights, foot_points
 from mocaplab.motion import FloatArray, Motion
 from mocaplab.motion_model import CM_PER_UNIT, FRAME_TIME, load_motion_model
-from mocaplab.movement import foot_heights, foot_points
 from mocaplab.synthesis import ACTIONS, embedded_clips, soft_limit, synthesize
 
 

@@ -8,13 +8,13 @@ import torch
 from safetensors import safe_open
 from safetensors.torch import load_file, save_file
 
-from mocaplab.batches import Windows
 from mocaplab.checkpoints import CheckpointError
-from mocaplab.lessons import batch_loss
+from mocaplab.learning.batches import Windows
+from mocaplab.learning.config import TrainConfig
+from mocaplab.learning.lessons import batch_loss
+from mocaplab.learning.state import TrainingState
 from mocaplab.networks import EBD, EBF, EBDConfig, EBFConfig
-from mocaplab.train_config import TrainConfig
 from mocaplab.training import train
-from mocaplab.training_state import TrainingState
 
 QUICK = TrainConfig(epochs=3, batch_size=4, n_frames=60)
 

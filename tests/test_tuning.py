@@ -7,7 +7,7 @@ import pytest
 
 from mocaplab.corruption import corrupt
 from mocaplab.filters import GaussianDenoiser, Smoother
-from mocaplab.measures import rms_all_deg
+from mocaplab.measures.by_name import rms_all_deg
 from mocaplab.motion import Corrupted, moving_channels
 from mocaplab.tuning import (
     SIGMA_GRID_S,

@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from mocaplab.bootstrap import Interval
+from mocaplab.comparison.bootstrap import Interval
+from mocaplab.comparison.methods import part_network
 from mocaplab.datasets import Dataset
 from mocaplab.files import write_atomically
-from mocaplab.methods import part_network
 from mocaplab.reproduction.needs import NOISE
 from mocaplab.reproduction.plan import PAPER_EPOCHS, Plan
 from mocaplab.reproduction.scores import NOTHING, RMS_ALL, Scores, label_of

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from mocaplab.comparison import Job
+from mocaplab.comparison.job import Job
+from mocaplab.comparison.methods import PIPELINES, part_network
 from mocaplab.datasets import Dataset
-from mocaplab.methods import PIPELINES, part_network
 from mocaplab.reproduction.plan import Level, Plan
 
 REFERENCE_STEP_S = 0.6
@@ -37,7 +37,7 @@ def measure_steps(dataset: Dataset, networks: Iterable[str]) -> dict[str, float]
 
     Variants of EBF take as long as EBF itself.
     """
-    from mocaplab.network_methods import SHAPES, training_recipe
+    from mocaplab.comparison.network_methods import SHAPES, training_recipe
     from mocaplab.training import time_step
 
     clips = sorted(dataset.clips, key=lambda clip: clip.n_frames)[: min(3, len(dataset))]
@@ -81,7 +81,7 @@ def training_s(
     network: str, recipe: str | None, frames: int, epochs: int | None, steps: Mapping[str, float]
 ) -> float:
     """Estimate the seconds to train a network on so many frames."""
-    from mocaplab.network_methods import training_recipe
+    from mocaplab.comparison.network_methods import training_recipe
 
     config = training_recipe(network, epochs)
     counted = (config.n_frames - 2 * config.margin) * config.batch_size

@@ -6,10 +6,10 @@ import shutil
 from collections.abc import Sequence
 from pathlib import Path
 
-from mocaplab.comparison import Job
+from mocaplab.comparison.job import Job
+from mocaplab.comparison.job_runner import OpenWorkers, run_jobs
+from mocaplab.comparison.methods import PIPELINES, part_network
 from mocaplab.datasets import Dataset, clip_digest
-from mocaplab.job_runner import OpenWorkers, run_jobs
-from mocaplab.methods import PIPELINES, part_network
 from mocaplab.reproduction.claims import Claim, Evidence
 from mocaplab.reproduction.costs import estimate_s, measure_steps, sources_s
 from mocaplab.reproduction.figures import FIGURES
@@ -142,7 +142,7 @@ def reproduce(
     plan : Plan
     figures : list of str, names in ``FIGURES``
     folder : Path, the output folder
-    open_workers : see :func:`mocaplab.job_runner.run_jobs`
+    open_workers : see :func:`mocaplab.comparison.job_runner.run_jobs`
     given : folder of fully trained networks, or None
 
     Returns

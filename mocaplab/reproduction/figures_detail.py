@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from mocaplab.bootstrap import Interval
+from mocaplab.comparison.bootstrap import Interval
 from mocaplab.motion import FloatArray, Motion, moving_channels
 from mocaplab.reproduction.claims import Claim, Evidence, make_claim
 from mocaplab.reproduction.figure import Drawing, Figure, Row, new_picture

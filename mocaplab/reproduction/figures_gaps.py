@@ -8,9 +8,9 @@ from itertools import product
 import numpy as np
 from matplotlib.axes import Axes
 
-from mocaplab.comparison import Job
-from mocaplab.draws import draw_test
-from mocaplab.gap_measures import gap_rms_deg
+from mocaplab.comparison.job import Job
+from mocaplab.measures.gaps import gap_rms_deg
+from mocaplab.noise.draws import draw_test
 from mocaplab.reproduction.claims import Claim, Evidence, every_claim, make_claim, ratio_claim
 from mocaplab.reproduction.figure import Drawing, Figure, Row, draw_motions, new_picture
 from mocaplab.reproduction.needs import NOISE, Need

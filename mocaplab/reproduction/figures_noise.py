@@ -7,8 +7,8 @@ from functools import partial
 import numpy as np
 from matplotlib.axes import Axes
 
-from mocaplab.bootstrap import Interval
-from mocaplab.draws import draw_test
+from mocaplab.comparison.bootstrap import Interval
+from mocaplab.noise.draws import draw_test
 from mocaplab.reproduction.claims import Claim, Evidence, every_claim, make_claim, ratio_claim
 from mocaplab.reproduction.figure import Drawing, Figure, Lines, Row, draw_motions, new_picture
 from mocaplab.reproduction.needs import NOISE, SPATIAL, Need

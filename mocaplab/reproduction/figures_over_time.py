@@ -6,8 +6,8 @@ from functools import partial
 
 import numpy as np
 
-from mocaplab.bootstrap import Interval
-from mocaplab.draws import draw_test
+from mocaplab.comparison.bootstrap import Interval
+from mocaplab.noise.draws import draw_test
 from mocaplab.reproduction.claims import Claim, Evidence, make_claim
 from mocaplab.reproduction.figure import Drawing, Figure, Row, named, new_picture
 from mocaplab.reproduction.needs import NOISE, PAPERS, Need

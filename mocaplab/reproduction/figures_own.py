@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from mocaplab.bootstrap import Interval
+from mocaplab.comparison.bootstrap import Interval
 from mocaplab.reproduction.claims import Claim, Evidence, make_claim, ratio_claim
 from mocaplab.reproduction.figure import Drawing, Figure, Row, new_picture
 from mocaplab.reproduction.needs import NOISE, Need

@@ -7,10 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from mocaplab.bootstrap import Interval
 from mocaplab.cleaning import Cleaner
-from mocaplab.draws import draw_test, draw_training
-from mocaplab.measures import rms_all_deg
+from mocaplab.comparison.bootstrap import Interval
+from mocaplab.live.ebf import LiveEBF
+from mocaplab.live.filters import LiveFilter, LiveGaussian
+from mocaplab.measures.by_name import rms_all_deg
+from mocaplab.noise.draws import draw_test, draw_training
 from mocaplab.reproduction.claims import Claim, Evidence, make_claim
 from mocaplab.reproduction.figure import Drawing, Figure, new_picture
 from mocaplab.reproduction.needs import NOISE, Need
@@ -18,8 +20,6 @@ from mocaplab.reproduction.plots import plot_points, style_of
 from mocaplab.reproduction.scores import ByClip
 from mocaplab.reproduction.verdicts import judge_alike, judge_below
 from mocaplab.streaming import stream_motion
-from mocaplab.streaming_ebf import LiveEBF
-from mocaplab.streaming_filters import LiveFilter, LiveGaussian
 from mocaplab.tuning import tune
 
 FRAMES = (0, 3, 6, 15)

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mocaplab.comparison import Job
+from mocaplab.comparison.job import Job
+from mocaplab.comparison.methods import part_network
 from mocaplab.corruption import parse_recipe
 from mocaplab.datasets import Dataset
-from mocaplab.methods import part_network
 from mocaplab.reproduction.plan import Plan
 from mocaplab.splits import Split, leave_one_action_out, make_splits
 
@@ -31,7 +31,7 @@ class Need:
 
     Parameters
     ----------
-    methods : tuple of str, see :class:`mocaplab.comparison.Job`
+    methods : tuple of str, see :class:`mocaplab.comparison.job.Job`
     recipes : tuple of str, the noise that is tested on
     group : one of ``GROUPS``
     headline : bool

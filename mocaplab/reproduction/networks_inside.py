@@ -10,12 +10,12 @@ import numpy as np
 import torch
 
 from mocaplab.checkpoints import Checkpoint, load_checkpoint
-from mocaplab.comparison import Job, fit_method
+from mocaplab.comparison.job import Job, fit_method
 from mocaplab.datasets import Dataset
-from mocaplab.draws import draw_test
-from mocaplab.gap_filling import lerp_gaps
+from mocaplab.gap_fillers.curves import lerp_gaps
+from mocaplab.measures.movement import root_angular_velocity
 from mocaplab.motion import Corrupted, FloatArray, moving_channels
-from mocaplab.movement import root_angular_velocity
+from mocaplab.noise.draws import draw_test
 from mocaplab.normalization import standardize
 
 SIGMAS = np.geomspace(0.1, 30.0, 120)

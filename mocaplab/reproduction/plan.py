@@ -8,9 +8,9 @@ from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
+from mocaplab.comparison.methods import part_network
 from mocaplab.datasets import Dataset, clip_digest
 from mocaplab.files import write_atomically
-from mocaplab.methods import part_network
 from mocaplab.splits import make_splits
 
 PAPER_EPOCHS = 200

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
-from mocaplab.bootstrap import Interval
+from mocaplab.comparison.bootstrap import Interval
 from mocaplab.motion import FloatArray
 from mocaplab.plotting import PALETTE
 

@@ -13,7 +13,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure as Picture
 
-from mocaplab.bootstrap import Interval
+from mocaplab.comparison.bootstrap import Interval
 from mocaplab.files import write_atomically
 from mocaplab.reproduction.claims import Claim, paragraph
 from mocaplab.reproduction.figure import Figure

@@ -10,22 +10,22 @@ import numpy as np
 import torch
 
 from mocaplab.datasets import Dataset
-from mocaplab.fusion_baselines import (
+from mocaplab.motion import FloatArray
+from mocaplab.reproduction.costs import SOURCE_STEPS
+from mocaplab.reproduction.plan import Plan
+from mocaplab.splits import Split
+from mocaplab.two_sources.baselines import (
     gated_gaussian_mean,
     mean_of_sources,
     quaternion_distance,
     tune_width,
 )
-from mocaplab.motion import FloatArray
-from mocaplab.reproduction.costs import SOURCE_STEPS
-from mocaplab.reproduction.plan import Plan
-from mocaplab.segments import SegmentClip, motion_to_segments
-from mocaplab.source_learning import SourceTrainConfig
-from mocaplab.source_models import SourceModel, load_source_model, save_source_model
-from mocaplab.source_networks import TwoSourceConfig, TwoSourceLSTM
-from mocaplab.source_noise import SourceNoise, two_sources
-from mocaplab.source_training import train_fusion
-from mocaplab.splits import Split
+from mocaplab.two_sources.learning import SourceTrainConfig
+from mocaplab.two_sources.model_files import SourceModel, load_source_model, save_source_model
+from mocaplab.two_sources.networks import TwoSourceConfig, TwoSourceLSTM
+from mocaplab.two_sources.noise import SourceNoise, two_sources
+from mocaplab.two_sources.segments import SegmentClip, motion_to_segments
+from mocaplab.two_sources.training import train_fusion
 
 NETWORK, GATED = "network", "gated Gaussian mean"
 Row = dict[str, Any]

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mocaplab.bootstrap import Interval
+from mocaplab.comparison.bootstrap import Interval
 
 HOLDS, WEAKER, FAILS, OPEN = "holds", "holds weaker", "fails", "cannot be tested here"
 NOT_ASKED = "not in the paper"

@@ -23,17 +23,17 @@ import numpy as np
 
 from mocaplab.cleaning import Cleaner
 from mocaplab.datasets import load_dataset, split_holdout
-from mocaplab.draws import draw_test, draw_training
 from mocaplab.evaluation import format_table
 from mocaplab.filters import Denoiser, GaussianDenoiser, Smoother
-from mocaplab.measures import rms_all_deg
+from mocaplab.live.bank import N_PAST, kernels
+from mocaplab.live.blend import LiveBlend
+from mocaplab.live.ebf import LiveEBF
+from mocaplab.live.filters import LiveFilter, LiveGaussian
+from mocaplab.measures.by_name import rms_all_deg
 from mocaplab.motion import BoolArray, Corrupted, FloatArray, Motion, moving_channels
+from mocaplab.noise.draws import draw_test, draw_training
 from mocaplab.smoothers import OneEuro
 from mocaplab.streaming import Stream, stream_motion
-from mocaplab.streaming_bank import N_PAST, kernels
-from mocaplab.streaming_blend import LiveBlend
-from mocaplab.streaming_ebf import LiveEBF
-from mocaplab.streaming_filters import LiveFilter, LiveGaussian
 from mocaplab.tuning import squared_errors, tune_gaussian
 
 LOOK_AHEADS = (0, 2, 4, 7, 10, 15)  # frames

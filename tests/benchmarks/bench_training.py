@@ -18,11 +18,11 @@ import numpy as np
 import torch
 
 from mocaplab.adaptive_filter import adaptive_gaussian
-from mocaplab.batches import Windows
 from mocaplab.datasets import load_dataset
-from mocaplab.lessons import batch_loss
+from mocaplab.learning.batches import Windows
+from mocaplab.learning.config import TrainConfig
+from mocaplab.learning.lessons import batch_loss
 from mocaplab.networks import EBFConfig, build_network
-from mocaplab.train_config import TrainConfig
 
 
 def cpu_seconds(tasks: dict[str, Callable[[], object]], repeats: int) -> dict[str, float]:

@@ -1,0 +1,1 @@
+"""Checks of the graded assignments, a module for each, and what they share."""

@@ -1,0 +1,1 @@
+"""What :mod:`mocaplab.cleaning` is built from: pieces, frame rates, files, folders, reports."""

@@ -1,0 +1,1 @@
+"""Comparing methods: jobs, the processes that run them, tables and intervals."""

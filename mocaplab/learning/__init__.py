@@ -1,0 +1,1 @@
+"""What :mod:`mocaplab.training` is built from: batches, lessons, state, several processes."""

@@ -1,0 +1,1 @@
+"""What :mod:`mocaplab.streaming` runs: filters and networks that take one frame at a time."""

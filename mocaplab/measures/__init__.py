@@ -1,0 +1,1 @@
+"""Error measures in parts; :mod:`mocaplab.measures.by_name` has all of them by name."""

@@ -1,0 +1,1 @@
+"""What :mod:`mocaplab.corruption` joins: noise, gaps, and faults of real captures."""

@@ -1,0 +1,1 @@
+"""Paper B in parts: noise of two cheap recordings, their fusion, and prediction."""

@@ -10,7 +10,7 @@ import pytest
 
 from mocaplab.bvh import load_bvh, save_bvh
 from mocaplab.cli import main
-from mocaplab.commands import commands
+from mocaplab.commands import info as info_command
 from mocaplab.gap_fillers.curves import lerp_gaps
 
 
@@ -153,7 +153,7 @@ def test_a_warning_of_the_library_is_a_plain_note(walk_file, walk, monkeypatch, 
         for _ in range(2):
             lerp_gaps(walk.with_channels(hidden))
 
-    monkeypatch.setattr(commands, "info", info)
+    monkeypatch.setattr(info_command, "run", info)
     assert main(["info", str(walk_file)]) == 0
     notes = capsys.readouterr().err.splitlines()
     joint = walk.skeleton.joint_names[3]

@@ -8,7 +8,7 @@ import pytest
 
 from mocaplab.bvh import save_bvh
 from mocaplab.cli import main
-from mocaplab.commands.evaluate import load_clips, read_methods, read_recipes
+from mocaplab.commands.compare import load_clips, read_methods, read_recipes
 from mocaplab.comparison import job as comparison
 from mocaplab.comparison import job_runner
 from mocaplab.comparison.methods import METHODS

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from mocaplab.corruption import corrupt
+from mocaplab.exercises.answers import NOT_YET
 from mocaplab.exercises.beyond import (
     check_mixing_weight,
     check_where_it_loses,
     check_white_noise_left,
 )
-from mocaplab.exercises.start import NOT_YET
 from mocaplab.filters import GaussianDenoiser, Untouched
 
 

@@ -6,6 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from mocaplab.doctor import diagnose
 from mocaplab.euler import alternate_euler, wrap_degrees
+from mocaplab.exercises.answers import NOT_YET
 from mocaplab.exercises.bvh import (
     check_channel_value,
     check_end_sites,
@@ -15,7 +16,6 @@ from mocaplab.exercises.bvh import (
     check_unwrap,
     mystery_clip,
 )
-from mocaplab.exercises.start import NOT_YET
 from mocaplab.motion import Motion, Skeleton
 from mocaplab.rotations import axis_angle_to_matrix, euler_to_matrix, matrix_to_euler
 

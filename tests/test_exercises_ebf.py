@@ -7,13 +7,13 @@ import pytest
 import torch
 
 from mocaplab.adaptive_filter import adaptive_gaussian
+from mocaplab.exercises.answers import NOT_YET
 from mocaplab.exercises.ebf import (
     check_bias_forward,
     check_kernel,
     check_lstm_size,
     check_width_per_frame,
 )
-from mocaplab.exercises.start import NOT_YET
 
 ODD = [
     "text",

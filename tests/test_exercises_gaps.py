@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from mocaplab.exercises.answers import NOT_YET
 from mocaplab.exercises.gaps import check_conditional_mean, check_gap_rms, check_line
-from mocaplab.exercises.start import NOT_YET
 from mocaplab.gap_fillers.curves import lerp_gaps
 from mocaplab.noise.gaps import hide, long_gap_mask
 

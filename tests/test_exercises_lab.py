@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from mocaplab.exercises.answers import NOT_YET
 from mocaplab.exercises.lab import (
     check_channel_sigma,
     check_gaussian_wins,
     check_least_smoothing,
     check_look_ahead,
 )
-from mocaplab.exercises.start import NOT_YET
 from mocaplab.filters import gaussian_filter
 from mocaplab.lab.model import Laboratory, LabSettings
 

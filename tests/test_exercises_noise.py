@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from mocaplab.exercises.answers import as_array, as_number, call, short
+from mocaplab.exercises.answers import NOT_YET, as_array, as_number, call, short
 from mocaplab.exercises.noise import (
     check_bias,
     check_gap_lengths,
@@ -17,7 +17,6 @@ from mocaplab.exercises.noise import (
     check_uniform_noise,
     hidden_share_expected,
 )
-from mocaplab.exercises.start import NOT_YET
 from mocaplab.inverse_kinematics import solve_angles
 from mocaplab.kinematics import forward_kinematics
 from mocaplab.measures.by_name import rms_moving_deg

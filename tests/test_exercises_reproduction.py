@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from mocaplab.exercises.answers import NOT_YET
 from mocaplab.exercises.reproduction import (
     COMPARISONS,
     REASONS,
@@ -10,7 +11,6 @@ from mocaplab.exercises.reproduction import (
     check_unfair,
     check_verdict,
 )
-from mocaplab.exercises.start import NOT_YET
 
 ODD = [3.0, [1, "a"], 1j, float("nan"), float("inf"), True, b"x", object(), (), {"a": 1}]
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from mocaplab.corruption import corrupt
+from mocaplab.exercises.answers import NOT_YET
 from mocaplab.exercises.smoothing import (
     check_flattering_measure,
     check_frames_to_seconds,
@@ -11,7 +12,6 @@ from mocaplab.exercises.smoothing import (
     check_moving_average,
     check_tuning,
 )
-from mocaplab.exercises.start import NOT_YET
 from mocaplab.filters import GaussianDenoiser
 from mocaplab.measures.by_name import rms_all_deg
 from mocaplab.tuning import SIGMA_GRID_S, tune_gaussian

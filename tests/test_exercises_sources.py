@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from mocaplab.exercises.answers import NOT_YET
 from mocaplab.exercises.sources import (
     check_fair_opponent,
     check_joined_signs,
     check_quaternion_angle,
     check_trusting_mean,
 )
-from mocaplab.exercises.start import NOT_YET
 from mocaplab.quaternions import align_hemisphere, slerp
 from mocaplab.rotations import euler_to_quaternion, quaternion_to_euler
 

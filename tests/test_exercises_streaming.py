@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mocaplab.exercises.start import NOT_YET
+from mocaplab.exercises.answers import NOT_YET
 from mocaplab.exercises.streaming import (
     check_late_frames,
     check_live_average,

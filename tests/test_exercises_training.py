@@ -5,7 +5,7 @@ import pytest
 import torch
 
 from mocaplab.datasets import clip_digest
-from mocaplab.exercises.start import NOT_YET
+from mocaplab.exercises.answers import NOT_YET
 from mocaplab.exercises.training import (
     check_curves,
     check_leaks,

@@ -27,6 +27,7 @@ NOTEBOOKS = sorted((ROOT / "notebooks").glob("*.ipynb"))
 LAYERS = [
     [
         "adaptive_filter",
+        "commands.option_types",
         "estimate_bank",
         "files",
         "layers",
@@ -190,6 +191,7 @@ LAYERS = [
     ],
     ["cleaner.one_file", "comparison.job_runner", "comparison.report"],
     ["cleaner.folder", "comparison.gap_report"],
+    ["commands.compare"],
     ["commands.evaluate"],
     ["reproduction.plan", "reproduction.verdicts"],
     ["reproduction.costs", "reproduction.needs"],
@@ -212,7 +214,7 @@ LAYERS = [
     ["reproduction.figures"],
     ["reproduction.driver"],
     ["commands.reproduce", "exercises.reproduction"],
-    ["commands.clean", "commands.commands"],
+    ["commands.clean", "commands.corrupt", "commands.fuse", "commands.info", "commands.train"],
     ["cli"],
 ]
 USES_TORCH = {

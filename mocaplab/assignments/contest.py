@@ -11,7 +11,7 @@ import orjson
 
 from mocaplab import __version__
 from mocaplab.assignments.grading import NotRight, graded_student, quiet_call
-from mocaplab.exercises.start import NOT_YET
+from mocaplab.exercises.answers import NOT_YET
 from mocaplab.files import write_atomically
 
 PUBLIC_SEED = 2017

@@ -15,8 +15,7 @@ from mocaplab.assignments.contest import Contest, call_or_refuse
 from mocaplab.assignments.grading import NotRight, quiet_call, student_rng
 from mocaplab.assignments.judges import judge_function, judge_numbers
 from mocaplab.corruption import corrupt
-from mocaplab.exercises.answers import as_array, as_number
-from mocaplab.exercises.start import NOT_YET
+from mocaplab.exercises.answers import NOT_YET, as_array, as_number
 from mocaplab.layers import seeded
 from mocaplab.motion import FloatArray, moving_channels
 from mocaplab.synthesis import synthesize

@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mocaplab.assignments.grading import quiet_call
-from mocaplab.exercises.answers import NOTHING, as_array, short
-from mocaplab.exercises.start import NOT_YET
+from mocaplab.exercises.answers import NOT_YET, NOTHING, as_array, short
 from mocaplab.motion import FloatArray
 
 Function = Callable[..., Any]

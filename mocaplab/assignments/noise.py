@@ -11,8 +11,7 @@ from mocaplab.assignments.contest import Contest, call_or_refuse
 from mocaplab.assignments.grading import NotRight, quiet_call, student_rng
 from mocaplab.assignments.judges import judge_function, judge_numbers
 from mocaplab.corruption import corrupt, snr_db
-from mocaplab.exercises.answers import OTHER_DRAW, as_array, known
-from mocaplab.exercises.start import NOT_YET
+from mocaplab.exercises.answers import NOT_YET, OTHER_DRAW, as_array, known
 from mocaplab.motion import BoolArray, Corrupted, FloatArray, moving_channels
 from mocaplab.noise.angular import angular_noise, movement_std
 from mocaplab.synthesis import synthesize

@@ -12,8 +12,7 @@ from mocaplab.assignments.contest import Contest, call_or_refuse
 from mocaplab.assignments.grading import NotRight, quiet_call, student_rng
 from mocaplab.assignments.judges import judge_function, judge_numbers
 from mocaplab.corruption import corrupt
-from mocaplab.exercises.answers import as_array
-from mocaplab.exercises.start import NOT_YET
+from mocaplab.exercises.answers import NOT_YET, as_array
 from mocaplab.filters import GaussianDenoiser
 from mocaplab.measures.by_name import rms_moving_deg
 from mocaplab.motion import BoolArray, Corrupted, FloatArray, Motion

@@ -9,14 +9,52 @@ from functools import partial
 from pathlib import Path
 from time import perf_counter
 
-from mocaplab.commands.evaluate import load_clips
+from mocaplab.commands.compare import load_clips
+from mocaplab.commands.option_types import add_seed, count, minutes
 from mocaplab.files import check_writable
 from mocaplab.worker_processes import count_cores
 
 DEFAULT_FOLDER = "reproduction"
 
 
-def reproduce(options: argparse.Namespace) -> None:
+SUMMARY = "redo the papers' figures within a budget of minutes, and judge every claim"
+DETAILS = (
+    "The budget decides how many holdouts, repetitions, epochs and clips there are, after\n"
+    "a step of training has been measured; every figure says what it was made with. Each\n"
+    "comes as CSV, as a picture with the paper's axes, and with a paragraph of what\n"
+    "agrees and what does not; report.md has them all and the table of claims. What was\n"
+    "stopped goes on when the same command is given again.\n\n"
+    "examples:\n"
+    "  mocaplab reproduce --list\n"
+    "  mocaplab reproduce 8 --budget 10\n"
+    "  mocaplab reproduce all --data my_clips --budget 60 -o my_reproduction"
+)
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add what can be set."""
+    add = parser.add_argument
+    add("figures", nargs="*", metavar="FIGURE", help="3, 4, ... as --list names them, or all")
+    add("--list", action="store_true", help="explain all figures, and do nothing else")
+    add(
+        "--data",
+        default="embedded",
+        metavar="FOLDER",
+        help="clean BVH files (default: %(default)s, the made-up clips)",
+    )
+    add("--budget", type=minutes, metavar="MINUTES", help="5 is a smoke test, 10000 all of it")
+    add("-o", "--output", metavar="FOLDER", help="for all files (default: reproduction)")
+    add_seed(parser)
+    add("--workers", type=count, metavar="N", help="processes (default: one a core)")
+    add(
+        "--models",
+        metavar="FOLDER",
+        help="the folder models of mocaplab evaluate --data --methods ebf,blend of the same clips "
+        "and seed: its fully trained networks stand for EBF and Blend where they can",
+    )
+
+
+def run(options: argparse.Namespace) -> None:
     """Redo figures of the papers within a budget of minutes, and judge every claim."""
     # Drawing and networks take seconds to load; a wrong option should be answered at once.
     if options.list:

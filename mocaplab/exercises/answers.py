@@ -12,6 +12,7 @@ import numpy as np
 
 from mocaplab.motion import FloatArray
 
+NOT_YET = "Not answered yet: put your answer in the cell above and run both cells."
 NOTHING = "Your function returns nothing. Does it end with return?"
 OTHER_DRAW = "Two calls with the same seed differ. Draw every number from the rng you are given."
 

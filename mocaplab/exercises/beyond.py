@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 
 from mocaplab.corruption import CORRUPTIONS, corrupt
-from mocaplab.exercises.answers import NOTHING, as_number, call, known, not_a_number, short
-from mocaplab.exercises.start import NOT_YET
+from mocaplab.exercises.answers import NOT_YET, NOTHING, as_number, call, known, not_a_number, short
 from mocaplab.filters import Denoiser, GaussianDenoiser
 from mocaplab.motion import Corrupted
 from mocaplab.tuning import mean_rms, tune_gaussian

@@ -13,8 +13,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mocaplab.euler import alternate_euler, continuity, wrap_degrees
-from mocaplab.exercises.answers import NOTHING, as_array, as_number, call, not_a_number, short
-from mocaplab.exercises.start import NOT_YET
+from mocaplab.exercises.answers import (
+    NOT_YET,
+    NOTHING,
+    as_array,
+    as_number,
+    call,
+    not_a_number,
+    short,
+)
 from mocaplab.kinematics import end_site_positions, forward_kinematics
 from mocaplab.motion import FloatArray, Motion
 from mocaplab.rotations import axis_angle_to_matrix, euler_to_matrix

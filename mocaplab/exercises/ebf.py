@@ -14,8 +14,15 @@ import torch
 from numpy.typing import ArrayLike
 
 from mocaplab.adaptive_filter import adaptive_gaussian
-from mocaplab.exercises.answers import NOTHING, as_array, as_number, call, known, not_a_number
-from mocaplab.exercises.start import NOT_YET
+from mocaplab.exercises.answers import (
+    NOT_YET,
+    NOTHING,
+    as_array,
+    as_number,
+    call,
+    known,
+    not_a_number,
+)
 from mocaplab.layers import bidirectional_lstm
 from mocaplab.motion import FloatArray
 

@@ -10,8 +10,15 @@ from typing import Any
 
 import numpy as np
 
-from mocaplab.exercises.answers import as_array, as_number, call, known, not_a_number, short
-from mocaplab.exercises.start import NOT_YET
+from mocaplab.exercises.answers import (
+    NOT_YET,
+    as_array,
+    as_number,
+    call,
+    known,
+    not_a_number,
+    short,
+)
 from mocaplab.measures.gaps import gap_rms_deg
 from mocaplab.motion import BoolArray, FloatArray, Motion
 

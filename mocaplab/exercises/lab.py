@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mocaplab.exercises.answers import NOTHING, as_number, call, known, not_a_number, short
-from mocaplab.exercises.start import NOT_YET
+from mocaplab.exercises.answers import NOT_YET, NOTHING, as_number, call, known, not_a_number, short
 from mocaplab.lab.gaussian import LOOK_AHEADS_S, WIDTHS_S, squared_error_table
 from mocaplab.lab.model import NOISES, Laboratory, LabSettings, Scene, max_amount
 from mocaplab.motion import FloatArray

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from mocaplab.exercises.answers import (
+    NOT_YET,
     NOTHING,
     OTHER_DRAW,
     as_array,
@@ -22,7 +23,6 @@ from mocaplab.exercises.answers import (
     not_a_number,
     short,
 )
-from mocaplab.exercises.start import NOT_YET
 from mocaplab.kinematics import forward_kinematics
 from mocaplab.motion import FloatArray, Motion, moving_channels
 from mocaplab.noise.angular import movement_std

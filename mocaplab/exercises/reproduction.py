@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from mocaplab.comparison.bootstrap import Interval
-from mocaplab.exercises.answers import NOTHING, as_number, call, known, not_a_number, short
-from mocaplab.exercises.start import NOT_YET
+from mocaplab.exercises.answers import NOT_YET, NOTHING, as_number, call, known, not_a_number, short
 from mocaplab.reproduction.verdicts import FAILS, HOLDS, OPEN, WEAKER, judge_ratio
 
 WORDS = {"holds": HOLDS, "weaker": WEAKER, "fails": FAILS, "open": OPEN}

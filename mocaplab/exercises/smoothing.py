@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mocaplab.exercises.start import NOT_YET
+from mocaplab.exercises.answers import NOT_YET
 from mocaplab.filters import Denoiser, GaussianDenoiser
 from mocaplab.measures.by_name import MEASURES
 from mocaplab.motion import Corrupted, FloatArray

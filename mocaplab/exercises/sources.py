@@ -8,8 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from mocaplab.exercises.answers import NOTHING, as_array, as_number, call, not_a_number, short
-from mocaplab.exercises.start import NOT_YET
+from mocaplab.exercises.answers import (
+    NOT_YET,
+    NOTHING,
+    as_array,
+    as_number,
+    call,
+    not_a_number,
+    short,
+)
 from mocaplab.motion import FloatArray
 from mocaplab.quaternions import quaternion_multiply, rotation_vector_to_quaternion, slerp
 from mocaplab.rotations import euler_to_quaternion, quaternion_to_euler

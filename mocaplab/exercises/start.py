@@ -10,11 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from mocaplab.exercises.answers import NOT_YET
 from mocaplab.filters import gaussian_filter
 from mocaplab.measures.by_name import rms_all_deg, rms_moving_deg
 from mocaplab.motion import Corrupted, FloatArray
-
-NOT_YET = "Not answered yet: put your answer in the cell above and run both cells."
 
 
 def check_noisiest_joint(answer: str | None, clip: Corrupted) -> str:

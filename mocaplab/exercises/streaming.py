@@ -7,8 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from mocaplab.exercises.answers import NOTHING, as_array, as_number, call, known, not_a_number
-from mocaplab.exercises.start import NOT_YET
+from mocaplab.exercises.answers import (
+    NOT_YET,
+    NOTHING,
+    as_array,
+    as_number,
+    call,
+    known,
+    not_a_number,
+)
 from mocaplab.motion import FloatArray
 
 CASES = ((4, 2, 30), (6, 0, 25), (0, 3, 12))

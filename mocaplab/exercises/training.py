@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 import torch
 
-from mocaplab.exercises.answers import NOTHING, as_number, call, known, short
-from mocaplab.exercises.start import NOT_YET
+from mocaplab.exercises.answers import NOT_YET, NOTHING, as_number, call, known, short
 from mocaplab.motion import FloatArray, Motion
 
 READINGS = ("fine", "overfit", "underfit", "too fast")

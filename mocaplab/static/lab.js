@@ -17,11 +17,11 @@ const LAB_CSS = `
 .mocaplab-lab.busy .computing { opacity: 1; }
 .mocaplab-lab .mocaplab-player { border-width: 1px 0 0; border-radius: 0; max-width: none; }
 `;
-const SCALE = 1e-4; // degrees or milliseconds a step, as in lab.py
+const SCALE = 1e-4; // degrees or milliseconds a step, as in lab/data.py
 const WISH_DELAY_MS = 250;
 const SIGNALS = ["clean", "observed", "EBF", "Blend"];
 
-/** Turn what lab.py packed into data for mountLab. */
+/** Turn what lab/data.py packed into data for mountLab. */
 async function unpackLab(meta, packed, playerPacked) {
   const shape = [meta.frames, meta.channels.length];
   const arrays = await unpackSteps(packed, [...SIGNALS, "sigma"].map(() => shape), 4);

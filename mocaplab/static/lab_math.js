@@ -1,5 +1,5 @@
 // The Gaussian filter of one channel: the same numbers as filters.py and
-// streaming_filters.py, which are the truth. It is here too because asking Python takes
+// live/filters.py, which are the truth. It is here too because asking Python takes
 // longer than a slider may.
 
 /**

@@ -17,7 +17,7 @@ from mocaplab.reproduction import (
     figures_sources,
     figures_streaming,
 )
-from mocaplab.reproduction.claims import Claim, Evidence, paragraph
+from mocaplab.reproduction.claims import Claim, Evidence, number_text, paragraph
 from mocaplab.reproduction.figures import FIGURES
 from mocaplab.reproduction.figures_detail import joint_speed
 from mocaplab.reproduction.needs import make_groups
@@ -203,6 +203,24 @@ def test_every_figure_is_drawn_and_written(many, tmp_path, without_networks):
     assert "EBF works in a stream, as well as on whole clips (15 frames of look-ahead)" in found
 
 
+def test_names_of_actions_stand_above_the_frame_of_the_axes(many, tmp_path):
+    _, picture = FIGURES["8"].draw(evidence_of(many, ("8",), tmp_path))
+    picture.draw_without_rendering()
+    (ax,) = picture.axes
+    names = {text.get_text(): text.get_window_extent() for text in ax.texts}
+    assert set(names) == {"walk", "jog"}
+    assert min(place.y0 for place in names.values()) > ax.get_window_extent().y1
+
+
+def test_figure_5_has_a_log_axis_and_says_so(many, tmp_path):
+    evidence = evidence_of(many, ("5", "8"), tmp_path)
+    (fifth,), (eighth,) = (FIGURES[name].draw(evidence)[1].axes for name in ("5", "8"))
+    assert fifth.get_yscale() == "log"
+    assert "log scale" in fifth.get_ylabel()
+    assert eighth.get_yscale() == "linear"
+    assert "log" not in eighth.get_ylabel()
+
+
 def test_what_was_made_before_is_read_again(many, tmp_path):
     evidence = evidence_of(many, ("8",), tmp_path)
     assert evidence.cached("numbers", lambda: [{"a": 1.5}]) == [{"a": 1.5}]
@@ -223,6 +241,26 @@ def test_paragraphs_come_from_the_claims():
         "What the paper did not try: a claim (ours: 0.50 (0.40 to 0.60) times)."
     )
     assert paragraph([]) == "Nothing is claimed here."
+
+
+def test_a_number_without_an_interval_stands_alone():
+    assert number_text(Interval(0.88, 0.76, 1.009), "times", 10) == "0.88 (0.76 to 1.01) times"
+    assert number_text(Interval(0.7, 0.7, 0.7), "of the motions (7 of 10)", 10) == (
+        "0.70 of the motions (7 of 10)"
+    )
+    # A bootstrap of one clip rounds: its ends are equal but for the last digit.
+    one_clip = Interval(0.7, 0.7 - 1e-16, 0.7 + 1e-16)
+    assert number_text(one_clip, "times", 1) == "0.70 times (one clip: no interval)"
+    assert number_text(Interval(0.0123, 0.0042, 0.05), "", 3) == "0.012 (0.0042 to 0.05)"
+    assert number_text(Interval(np.nan, np.nan, np.nan), "times", 0) == "-"
+
+
+def test_one_clip_has_no_interval_in_the_claim_table(many, tmp_path):
+    one = many.select([0, 1, 2], "embedded")
+    evidence = evidence_of(one, ("8",), tmp_path)
+    claims = FIGURES["8"].claims(evidence)
+    assert claims[0].clips == 1
+    assert claims[0].number() == "1.16 times (one clip: no interval)"
 
 
 def test_the_claim_table_has_the_papers_claims_first():

@@ -45,12 +45,36 @@ class Claim:
 
     def number(self) -> str:
         """Write our number with its interval."""
-        if np.isnan(self.ours.value):
-            return "-"
-        value, low, high = self.ours
-        if low == high:
-            return f"{value:.3g} {self.unit}".strip()
-        return f"{value:.2f} ({low:.2f} to {high:.2f}) {self.unit}".strip()
+        return number_text(self.ours, self.unit, self.clips)
+
+
+def number_text(ours: Interval, unit: str, clips: int) -> str:
+    """Write a number of ours with its interval, or alone where it has none.
+
+    A share of motions is counted and has none, nor has a mean over one clip.
+
+    Parameters
+    ----------
+    ours : Interval
+        Its two ends are equal where there is no interval.
+    unit : str
+    clips : int
+        On how many clips the number stands.
+
+    Returns
+    -------
+    str, such as ``"0.70 (0.61 to 0.83) times"``; ``"-"`` for a number that is NaN
+    """
+    if np.isnan(ours.value):
+        return "-"
+    value, low, high = (_rounded(x) for x in ours)
+    if not np.isclose(ours.low, ours.high, rtol=1e-9, atol=0):
+        return f"{value} ({low} to {high}) {unit}".strip()
+    return f"{value} {unit}".strip() + (" (one clip: no interval)" if clips == 1 else "")
+
+
+def _rounded(number: float) -> str:
+    return f"{number:.2f}" if number == 0 or abs(number) >= 0.1 else f"{number:.2g}"
 
 
 @dataclass(frozen=True, eq=False)

@@ -85,12 +85,18 @@ def motion_lines(
 
 
 def draw_motions(
-    evidence: Evidence, methods: Sequence[str], recipe: str, ax: Axes, measure: str = RMS_ALL
+    evidence: Evidence,
+    methods: Sequence[str],
+    recipe: str,
+    ax: Axes,
+    measure: str = RMS_ALL,
+    *,
+    log: bool = False,
 ) -> list[Row]:
     """Draw errors over the motions, and return them as rows."""
     lines, clips = motion_lines(evidence, methods, recipe, measure)
     actions = [evidence.scores.actions[clip] for clip in clips]
-    plot_by_motion(lines, actions, ax)
+    plot_by_motion(lines, actions, ax, log=log)
     return [
         {
             "noise": recipe,

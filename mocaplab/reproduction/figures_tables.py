@@ -103,7 +103,8 @@ def _claims_table(name: str, recipe: str, ebf: str, evidence: Evidence) -> list[
 
 def _draw_5(evidence: Evidence) -> Drawing:
     picture, (ax,) = new_picture(width=11, height=5)
-    return draw_motions(evidence, named(evidence, COMPARED), NOISE, ax), picture
+    # The paper's axis is linear. In ours EBD's error would flatten all other lines.
+    return draw_motions(evidence, named(evidence, COMPARED), NOISE, ax, log=True), picture
 
 
 def _claims_5(evidence: Evidence) -> list[Claim]:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import LogLocator, MaxNLocator
 
 from mocaplab.comparison.bootstrap import Interval
 from mocaplab.motion import FloatArray
@@ -36,7 +36,11 @@ def style_of(method: str, number: int) -> tuple[str, str]:
 
 
 def plot_by_motion(
-    lines: Mapping[str, tuple[FloatArray, str, str]], actions: Sequence[str], ax: Axes
+    lines: Mapping[str, tuple[FloatArray, str, str]],
+    actions: Sequence[str],
+    ax: Axes,
+    *,
+    log: bool = False,
 ) -> None:
     """Draw errors over the number of the motion, grouped by action (figures 5 to 9).
 
@@ -45,6 +49,8 @@ def plot_by_motion(
     lines : label -> (errors, one a motion; colour; line)
     actions : the action of each motion, in groups
     ax : Axes
+    log : bool
+        A logarithmic axis of errors, for lines so far apart that the highest flattens the others.
     """
     numbers = np.arange(len(actions))
     for label, (errors, color, line) in lines.items():
@@ -53,10 +59,23 @@ def plot_by_motion(
         here = [i for i, a in enumerate(actions) if a == action]
         if here[0]:
             ax.axvline(here[0] - 0.5, color="#999999", linewidth=0.6)
-        ax.text(float(np.mean(here)), 1.0, action, transform=ax.get_xaxis_transform(), ha="center")
-    ax.set_ylim(0, None)
+        ax.annotate(
+            action,
+            (float(np.mean(here)), 1.0),
+            xycoords=ax.get_xaxis_transform(),
+            xytext=(0, 3),  # above the frame of the axes
+            textcoords="offset points",
+            ha="center",
+        )
+    if log:
+        ax.set_yscale("log")
+        ax.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        ax.yaxis.set_major_formatter("{x:g}")
+        ax.yaxis.set_minor_formatter("")
+    else:
+        ax.set_ylim(0, None)
     ax.xaxis.set_major_locator(MaxNLocator(integer=True))
-    ax.set(xlabel="motion", ylabel=RMS_AXIS)
+    ax.set(xlabel="motion", ylabel=f"{RMS_AXIS}{' (log scale)' if log else ''}")
     ax.legend(fontsize="x-small", loc="upper left", bbox_to_anchor=(0.0, -0.18), ncols=2)
 
 

@@ -66,6 +66,12 @@ def test_where_the_gaussian_wins(laboratory):
         assert check_gaussian_wins(answer, laboratory, "walk_05").startswith("Right:")
 
 
+def test_noises_that_the_notebook_shows_do_not_count(laboratory):
+    answer, shown = ("spikes", KNEE), ("angular", "spikes")
+    assert "not in it" in check_gaussian_wins(answer, laboratory, "walk_05", shown)
+    assert check_gaussian_wins(answer, laboratory, "walk_05", ("swaps",)).startswith("Right:")
+
+
 @pytest.mark.parametrize(
     ("answer", "hint"),
     [
@@ -75,6 +81,7 @@ def test_where_the_gaussian_wins(laboratory):
         (("spikes", "Hips.Xrotation"), "not cleaned"),
         (("spikes", "Knee"), "no channel 'Knee'"),
         (("angular", KNEE), "better here"),
+        (("drift", "LeftUpLeg.Yrotation"), "Nearly a tie"),
         ("spikes", "two names"),
         (("spikes",), "two names"),
     ],

@@ -14,6 +14,8 @@ from mocaplab.motion import FloatArray
 
 TOLERANCE = 0.02
 ALLOWANCE = 0.05
+LEAD = 0.05
+"""By which share of its error the Gaussian must be better, so that it is no tie."""
 
 
 def check_channel_sigma(answer: Any, scene: Scene, channel: str) -> str:
@@ -62,8 +64,13 @@ def _errors_over_width(scene: Scene, channel: str) -> FloatArray:
     return errors
 
 
-def check_gaussian_wins(answer: Any, laboratory: Laboratory, clip: str) -> str:
-    """Check (noise, channel): the tuned Gaussian is better there than EBF and than Blend."""
+def check_gaussian_wins(
+    answer: Any, laboratory: Laboratory, clip: str, shown: Sequence[str] = ()
+) -> str:
+    """Check (noise, channel): the tuned Gaussian is better there than EBF and than Blend.
+
+    Noises in ``shown`` do not count: the notebook has given them away.
+    """
     if answer is None:
         return NOT_YET
     if isinstance(answer, str) or not isinstance(answer, Sequence) or len(answer) != 2:
@@ -73,6 +80,8 @@ def check_gaussian_wins(answer: Any, laboratory: Laboratory, clip: str) -> str:
         return "The noise comes first, then the channel."
     if noise not in NOISES:
         return f"There is no noise {short(noise)}. There are {', '.join(NOISES)}."
+    if noise in shown:
+        return f"The table above shows what {noise} does. Take a noise that is not in it."
     scene = laboratory.scene(LabSettings(clip, noise, max_amount(noise) / 2))
     labels = [scene.filled.skeleton.channel_labels[c] for c in scene.channels]
     if channel not in labels:
@@ -85,8 +94,11 @@ def check_gaussian_wins(answer: Any, laboratory: Laboratory, clip: str) -> str:
     tuned = next(error for name, error in errors.items() if "tuned" in name)
     ebf, blend = errors["EBF"], errors["Blend"]
     figures = f"Gaussian {tuned:.2f}, EBF {ebf:.2f}, Blend {blend:.2f} degrees"
-    if tuned < min(ebf, blend):
+    network = min(ebf, blend)
+    if network >= (1 + LEAD) * tuned:
         return f"Right: {figures}. Where a network met nothing like it, a simple filter can win."
+    if tuned <= (1 + LEAD) * network:
+        return f"Nearly a tie: {figures}. Find a lead of at least {100 * LEAD:.0f} %."
     if tuned < ebf:
         return f"Half way: {figures}. The Gaussian beats EBF, but Blend is better here."
     if tuned < blend:

@@ -27,6 +27,18 @@ def test_noisiest_joint(clip):
     assert "There is no joint" in check_noisiest_joint("Knee", clip)
 
 
+ODD = ([], [1, 2], {}, object(), float("nan"), True, 1j, b"x", np.arange(3), "knee")
+
+
+@pytest.mark.parametrize("odd", ODD)
+def test_odd_answers_get_a_sentence(odd, clip):
+    for check in (check_noisiest_joint, check_rms, check_gaussian_width):
+        for answer in (odd, lambda *_: odd):
+            text = check(answer, clip)
+            assert len(text) > 10
+            assert not text.startswith("Right")
+
+
 def joint_errors(a, b):
     return (a.channels - b.channels)[:, a.skeleton.is_cleaned]
 
@@ -48,6 +60,8 @@ def joint_errors(a, b):
         (lambda a, b: None, "end with return"),
         (2.39, "the function itself"),
         (lambda a, b: 12.0, "Subtract, square"),
+        (lambda a, b: joint_errors(a, b) @ joint_errors(a, b), "stopped with ValueError"),
+        (lambda a: a, "stopped with TypeError"),
     ],
 )
 def test_rms(clip, answer, words):
@@ -74,3 +88,4 @@ def test_gaussian_width(clip, answer, words):
 def test_right_gaussian_width(clip):
     answers = [check_gaussian_width(s, clip) for s in np.arange(0.02, 0.09, 0.002)]
     assert any(text.startswith("Right:") for text in answers)
+    assert check_gaussian_width(np.float32(0.035), clip) == check_gaussian_width([0.035], clip)

@@ -10,19 +10,19 @@ from typing import Any
 
 import numpy as np
 
-from mocaplab.exercises.answers import NOT_YET
+from mocaplab.exercises.answers import NOT_YET, NOTHING, as_array, as_number, call, short
 from mocaplab.filters import gaussian_filter
 from mocaplab.measures.by_name import rms_all_deg, rms_moving_deg
 from mocaplab.motion import Corrupted, FloatArray
 
 
-def check_noisiest_joint(answer: str | None, clip: Corrupted) -> str:
+def check_noisiest_joint(answer: Any, clip: Corrupted) -> str:
     """Check which joint has the largest noise, RMS over its channels."""
     if answer is None:
         return NOT_YET
     skeleton = clip.clean.skeleton
-    if answer not in skeleton.joint_names:
-        return f"There is no joint {answer!r}. The names are in clean.skeleton.joint_names."
+    if not isinstance(answer, str) or answer not in skeleton.joint_names:
+        return f"There is no joint {short(answer)}. The names are in clean.skeleton.joint_names."
     noise = clip.observed.channels - clip.clean.channels
     rms = {
         name: float(np.sqrt(np.mean(noise[:, skeleton.channel_joint == j] ** 2)))
@@ -49,15 +49,18 @@ def check_rms(answer: Any, clip: Corrupted) -> str:
     a, b = clip.observed, clip.clean
     if not callable(answer):
         return "Give the function itself: def my_rms(motion, clean): and no call of it."
-    result = answer(a, b)
-    if result is None:
-        return "Your function returns nothing. Does it end with return?"
-    if np.ndim(result) != 0:
+    result, problem = call(answer, a, b)
+    if problem or result is None:
+        return problem or NOTHING
+    numbers = as_array(result)
+    if numbers is not None and numbers.size > 1:
         return (
-            f"Your function returns {np.size(result)} numbers, not one. Take the mean over "
+            f"Your function returns {numbers.size} numbers, not one. Take the mean over "
             f"frames and channels together."
         )
-    got = float(result)
+    got = as_number(result)
+    if got is None:
+        return f"Your function returns {short(result)}, not one finite number."
     right = rms_all_deg(a, b)
     error = a.channels - b.channels
     joints = error[:, a.skeleton.is_cleaned]
@@ -88,22 +91,23 @@ def check_gaussian_width(answer_s: Any, clip: Corrupted) -> str:
     """Check a hand-tuned Gaussian width: within 2 % of the smallest error there is."""
     if answer_s is None:
         return NOT_YET
-    if not isinstance(answer_s, int | float) or not np.isfinite(answer_s):
-        return f"A width is a number of seconds, such as 0.05, not {answer_s!r}."
-    if answer_s >= 1:
+    width_s = as_number(answer_s)
+    if width_s is None:
+        return f"A width is a number of seconds, such as 0.05, not {short(answer_s)}."
+    if width_s >= 1:
         return (
-            f"{answer_s} is in seconds, so you would average over the whole clip. If you meant "
+            f"{width_s:g} is in seconds, so you would average over the whole clip. If you meant "
             f"frames, divide by {clip.clean.fps:.0f}; if you meant milliseconds, by 1000."
         )
-    if answer_s <= 0:
+    if width_s <= 0:
         return "A width of 0 or less does not smooth at all. Try something above 0."
     widths = np.geomspace(0.004, 0.3, 60)
     errors = [_gaussian_error(clip, s) for s in widths]
     best = min(errors)
-    mine = _gaussian_error(clip, answer_s)
+    mine = _gaussian_error(clip, width_s)
     if mine <= 1.02 * best:
         return f"Right: {mine:.3f} degrees. No single width gets below {best:.3f} on this clip."
-    wider = answer_s < widths[np.argmin(errors)]
+    wider = width_s < widths[np.argmin(errors)]
     return (
         f"{mine:.3f} degrees, {100 * (mine / best - 1):.0f} % above the best. "
         f"{'Too little smoothing is left in noise' if wider else 'Too much smoothing is blur'}: "

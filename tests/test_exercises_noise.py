@@ -1,4 +1,4 @@
-"""The checks of notebook 02 accept right answers and meet typical mistakes with their hints."""
+"""Notebook 02's checks on noise accept right answers and answer typical mistakes with hints."""
 
 from __future__ import annotations
 
@@ -10,18 +10,14 @@ import pytest
 from mocaplab.exercises.answers import NOT_YET, as_array, as_number, call, short
 from mocaplab.exercises.noise import (
     check_bias,
-    check_gap_lengths,
     check_k_of_snr,
     check_noise_left,
-    check_start_probability,
     check_uniform_noise,
-    hidden_share_expected,
 )
 from mocaplab.inverse_kinematics import solve_angles
 from mocaplab.kinematics import forward_kinematics
 from mocaplab.measures.by_name import rms_moving_deg
 from mocaplab.noise.angular import angular_noise, movement_std, uniform_noise
-from mocaplab.noise.gaps import gap_mask, hidden_share, hide
 from mocaplab.noise.spatial import has_own_place, joints_that_move
 from mocaplab.skeletons.units import cm_per_unit
 
@@ -51,13 +47,11 @@ def all_checks(clip, solved):
         "k": check_k_of_snr,
         "uniform": lambda answer: check_uniform_noise(answer, clip),
         "left": lambda answer: check_noise_left(answer, solved, clip),
-        "lengths": check_gap_lengths,
-        "start": check_start_probability,
         "bias": check_bias,
     }
 
 
-@pytest.mark.parametrize("name", ["k", "uniform", "left", "lengths", "start", "bias"])
+@pytest.mark.parametrize("name", ["k", "uniform", "left", "bias"])
 def test_nothing_and_odd_answers(name, clip, solved):
     check = all_checks(clip, solved)[name]
     assert check(None) == NOT_YET
@@ -205,87 +199,6 @@ def test_noise_left(clip, solved):
     ]
     for answer, words in cases:
         assert words in check_noise_left(answer, solved, clip), words
-
-
-# ------------------------------------------------------------------ lengths of gaps
-
-
-def lengths_by_steps(observed, frame_time):
-    steps = np.diff(np.concatenate([[0], ~np.asarray(observed), [0]]).astype(int))
-    return (np.flatnonzero(steps == -1) - np.flatnonzero(steps == 1)) * frame_time
-
-
-def lengths_by_loop(observed, frame_time):
-    lengths, run = [], 0
-    for seen in observed:
-        if not seen:
-            run += 1
-        elif run:
-            lengths.append(run * frame_time)
-            run = 0
-    return tuple(lengths)
-
-
-@pytest.mark.parametrize(
-    ("answer", "words"),
-    [
-        (lengths_by_steps, RIGHT),
-        (lengths_by_loop, RIGHT),
-        (lambda o, ft: sorted(lengths_by_loop(o, ft), reverse=True), RIGHT),
-        (lambda o, ft: lengths_by_steps(~o, ft), "where the mask is False"),
-        (lambda o, ft: lengths_by_steps(o, 1), "Multiply by the frame time"),
-        (lambda o, ft: lengths_by_steps(~o, 1), "in frames. A gap is where"),
-        (lambda o, ft: lengths_by_steps(o, 1 / ft), "You divided"),
-        (lambda o, ft: lengths_by_steps(o, ft) - ft, "one frame short"),
-        (lambda o, ft: lengths_by_steps(o, ft) + ft, "one frame too long"),
-        (lambda o, ft: (~o).sum() * ft, "all gaps together"),
-        (lambda o, ft: lengths_by_steps(o, ft)[:-1], "last gap is missing"),
-        (lambda o, ft: lengths_by_steps(o, ft).max(), "longest gap alone"),
-        (lambda o, ft: len(lengths_by_steps(o, ft)), "how many gaps"),
-        (lambda o, ft: np.ones(3), "your function returns"),
-        (lambda o, ft: list(lengths_by_loop(o, ft)) or [0.0], "has no lengths"),
-        (lambda o, ft: lengths_by_steps(o, ft) if not o.all() else 1 / 0, "ZeroDivisionError"),
-        (lambda o, ft: "long", "Return a list"),
-        ([0.03], "the function itself"),
-    ],
-)
-def test_gap_lengths(answer, words):
-    assert words in check_gap_lengths(answer)
-
-
-# ------------------------------------------------------------------ start probability
-
-
-@pytest.mark.parametrize(
-    ("answer", "words"),
-    [
-        (-np.log(0.95) / 30, RIGHT),
-        (0.05 / 30, RIGHT),
-        (0.0017, RIGHT),
-        (0.05, "the share itself"),
-        (5 / 30, "5 for 5 %"),
-        (0.2, "divided by seconds"),
-        (0.205, "in a second"),
-        (0.05 / 15, "the default"),
-        (1.5, "You multiplied"),
-        (0.95 / 30, "swap seen and hidden"),
-        (-np.log(0.05) / 30, "swap seen and hidden"),
-        (-1, "between 0 and 1"),
-        (0.002, "less often"),
-        (0.001, "more often"),
-    ],
-)
-def test_start_probability(answer, words):
-    assert words in check_start_probability(answer)
-
-
-def test_expected_share_is_that_of_many_clips(embedded):
-    rng = np.random.default_rng(1)
-    long = max(embedded.clips, key=lambda clip: clip.n_frames)
-    masks = [gap_mask(long, 0.01, rng=rng) for _ in range(20)]
-    share = np.mean([hidden_share(hide(long, mask)) for mask in masks])
-    assert share == pytest.approx(hidden_share_expected(0.01, 15), rel=0.05)
-    assert hidden_share_expected(1e-6, 15) == pytest.approx(15e-6, rel=1e-3)
 
 
 # ------------------------------------------------------------------ bias

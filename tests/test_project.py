@@ -168,6 +168,7 @@ LAYERS = [
         "exercises.beyond",
         "exercises.bvh",
         "exercises.ebf",
+        "exercises.gap_statistics",
         "exercises.gaps",
         "exercises.lab",
         "exercises.noise",

@@ -9,7 +9,7 @@ PORT   ?= 8888
 ROOT   := $(if $(filter 0,$(shell id -u 2>/dev/null)),--allow-root)
 
 .DEFAULT_GOAL := help
-.PHONY: help lab test check format weights notebooks assignments clean
+.PHONY: help lab test browser check format weights notebooks assignments clean
 
 help:  ## show this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-11s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -40,6 +40,14 @@ lab: $(BIN)/.lab  ## set up, then open the notebooks in JupyterLab
 test: $(BIN)/.dev check  ## set up, then run every check, test and notebook
 	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadfile --nbval-lax \
 	  --nbval-cell-timeout=120 --nbval-sanitize-with tests/nbval_sanitize.cfg tests notebooks
+
+# Debian's own Chromium where we may install it, otherwise the one that Playwright brings.
+browser: $(BIN)/.dev  ## add what the browser tests need, which are skipped without it
+	$(BIN)/python -m pip install -q -c constraints.txt -e '.[browser]'
+	command -v chromium || command -v chromium-browser || command -v google-chrome || \
+	  ( test "$$(id -u)" = 0 && apt-get update -qq && \
+	    apt-get install -y -qq --no-install-recommends chromium ) || \
+	  $(BIN)/playwright install chromium
 
 check: $(BIN)/.dev  ## lint, format and types only
 	$(BIN)/ruff check .

@@ -26,7 +26,7 @@ import numpy as np
 import pytest
 
 playwright = pytest.importorskip(
-    "playwright.sync_api", reason="the browser test needs: pip install playwright"
+    "playwright.sync_api", reason="the browser tests need: make browser"
 )
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -43,7 +43,7 @@ def chromium() -> str:
     with playwright.sync_playwright() as p:
         own = p.chromium.executable_path
     if not Path(own).exists():
-        pytest.skip("no Chromium: install it, or run `playwright install chromium`")
+        pytest.skip("no Chromium: run make browser")
     return own
 
 

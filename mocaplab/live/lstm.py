@@ -14,7 +14,23 @@ from numpy.typing import NDArray
 from torch import nn
 
 Float32Array = NDArray[np.float32]
-State = tuple[Float32Array, Float32Array]
+
+
+class State:
+    """What an LSTM direction hands from frame to frame, and room to compute the next.
+
+    All stands side by side in one array, so that a frame takes few calls of numpy: with a
+    hundred units a call costs more than what it computes.
+    """
+
+    def __init__(self, n_hidden: int):
+        self.output = np.zeros(n_hidden, np.float32)
+        room = np.zeros(5 * n_hidden, np.float32)  # cell, candidate, keep, let in, let out
+        self.gates = room[n_hidden:]  # all but the cell
+        self.sigmoids = room[2 * n_hidden :]
+        self.cell, self.let_out = room[:n_hidden], room[4 * n_hidden :]
+        self.cell_and_candidate = room[: 2 * n_hidden]
+        self.keep_and_let_in = room[2 * n_hidden : 4 * n_hidden]
 
 
 class Direction:
@@ -32,46 +48,37 @@ class Direction:
 
         def values(name: str) -> Float32Array:
             array: Float32Array = getattr(lstm, name + suffix).detach().numpy()
-            # From torch's order (input, forget, candidate, output) to one with the three that
-            # take a sigmoid side by side. sigmoid(x) = (1 + tanh(x / 2)) / 2, so that one tanh
-            # serves all four.
-            gate_in, forget, candidate, gate_out = np.split(array, 4)
-            return np.concatenate([gate_in / 2, forget / 2, gate_out / 2, candidate]).T.copy()
+            # From torch's order (input, forget, candidate, output) to that of a state.
+            # sigmoid(x) = (1 + tanh(x / 2)) / 2, so that one tanh serves all four.
+            let_in, keep, candidate, let_out = np.split(array, 4)
+            return np.concatenate([candidate, keep / 2, let_in / 2, let_out / 2]).T.copy()
 
         self.from_input = values("weight_ih")  # (n_in, 4h)
         self.from_state = values("weight_hh")  # (h, 4h)
         self.bias = values("bias_ih") + values("bias_hh")  # (4h,)
         self.n_hidden = len(self.from_state)
 
-    def start(self) -> State:
-        """Return the state before the first frame: all zeros."""
-        return np.zeros(self.n_hidden, np.float32), np.zeros(self.n_hidden, np.float32)
-
     def project(self, x: Float32Array) -> Float32Array:
         """Return what comes from the input, shape (..., 4h): the part that needs no state."""
         projected: Float32Array = x @ self.from_input + self.bias
         return projected
 
-    def step(self, projected: Float32Array, state: State) -> State:
-        """Go on by one frame; the first array of the state is the output, shape (h,)."""
-        output, cell = state
-        gates = output @ self.from_state
-        gates += projected
-        np.tanh(gates, out=gates)
-        sigmoids, candidate = gates[: -self.n_hidden], gates[-self.n_hidden :]
-        sigmoids *= 0.5
-        sigmoids += 0.5
-        open_in, keep, open_out = sigmoids.reshape(3, -1)
-        cell = keep * cell + open_in * candidate
-        return open_out * np.tanh(cell), cell
+    def step(self, projected: Float32Array, state: State) -> Float32Array:
+        """Bring the state forward by one frame, and return its output, shape (h,)."""
+        np.dot(state.output, self.from_state, out=state.gates)
+        state.gates += projected
+        np.tanh(state.gates, out=state.gates)
+        state.sigmoids *= 0.5
+        state.sigmoids += 0.5
+        kept, new = (state.keep_and_let_in * state.cell_and_candidate).reshape(2, -1)
+        np.add(kept, new, out=state.cell)
+        state.output = state.let_out * np.tanh(state.cell)
+        return state.output
 
     def run(self, projected: Float32Array) -> Float32Array:
-        """Go over some frames from the start, shape (n, 4h); return all outputs, (n, h)."""
-        state, outputs = self.start(), []
-        for each in projected:
-            state = self.step(each, state)
-            outputs.append(state[0])
-        return np.array(outputs)
+        """Go over some frames from a state of zeros, shape (n, 4h); return all outputs, (n, h)."""
+        state = State(self.n_hidden)
+        return np.array([self.step(each, state) for each in projected])
 
 
 class LiveLSTM:
@@ -88,7 +95,7 @@ class LiveLSTM:
     def __init__(self, lstm: nn.LSTM, look_ahead: int):
         self.forward = [Direction(lstm, layer, reverse=False) for layer in range(2)]
         self.backward = [Direction(lstm, layer, reverse=True) for layer in range(2)]
-        self.states = [direction.start() for direction in self.forward]
+        self.states = [State(direction.n_hidden) for direction in self.forward]
         self.n_hidden = lstm.hidden_size
         # Of the frames from the one to clean up to the newest: what they give to the first
         # backward pass, and the output of the first forward pass.
@@ -98,15 +105,15 @@ class LiveLSTM:
     def observe(self, code: Float32Array) -> None:
         """Take note of the newest frame, shape (n_in,)."""
         self.projected.append(self.backward[0].project(code))
-        self.states[0] = self.forward[0].step(self.forward[0].project(code), self.states[0])
-        self.first_outputs.append(self.states[0][0])
+        projected = self.forward[0].project(code)
+        self.first_outputs.append(self.forward[0].step(projected, self.states[0]))
 
     def oldest(self) -> Float32Array:
         """Return the output for the oldest frame that is kept, shape (2h,), and forget it."""
         back = self.backward[0].run(np.array(self.projected)[::-1])  # from the newest on
         both = np.concatenate([np.array(self.first_outputs)[::-1], back], axis=1)  # (n, 2h)
-        self.states[1] = self.forward[1].step(self.forward[1].project(both[-1]), self.states[1])
+        front = self.forward[1].step(self.forward[1].project(both[-1]), self.states[1])
         back = self.backward[1].run(self.backward[1].project(both))
         self.projected.popleft()
         self.first_outputs.popleft()
-        return np.concatenate([self.states[1][0], back[-1]])
+        return np.concatenate([front, back[-1]])

@@ -9,8 +9,7 @@ import pytest
 from mocaplab.bvh import save_bvh
 from mocaplab.cli import main
 from mocaplab.commands.compare import load_clips, read_methods, read_recipes
-from mocaplab.comparison import job as comparison
-from mocaplab.comparison import job_runner
+from mocaplab.comparison import job, job_runner
 from mocaplab.comparison.methods import METHODS
 from mocaplab.corruption import CORRUPTIONS
 
@@ -74,13 +73,13 @@ def refused(arguments, capsys):
 
 
 def test_failed_jobs_are_listed_and_the_others_are_written(folder, tmp_path, capsys, monkeypatch):
-    measures = comparison.usable_measures
+    measures = job.usable_measures
 
     def one_too_many(clip):
         names, refused = measures(clip)
         return [*names, "nothing"], refused
 
-    monkeypatch.setattr(comparison, "usable_measures", one_too_many)
+    monkeypatch.setattr(job, "usable_measures", one_too_many)
     line = refused(
         ["--data", folder, "--methods", "noisy", "--holdouts", 2, "-o", tmp_path / "out"], capsys
     )

@@ -6,19 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mocaplab.comparison.job import (
-    ORACLE,
-    Job,
-    fingerprint,
-    fit_method,
-    load_result,
-    make_jobs,
-    run_job,
-    save_result,
-    spell_recipe,
-    usable_measures,
-)
+from mocaplab.comparison.job import ORACLE, Job, make_jobs, spell_recipe, usable_measures
 from mocaplab.comparison.methods import METHODS, Method
+from mocaplab.comparison.result import fingerprint, load_result, save_result
+from mocaplab.comparison.run_job import fit_method, run_job
 from mocaplab.corruption import corrupt
 from mocaplab.datasets import Dataset, clip_digest
 from mocaplab.filters import GaussianDenoiser

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from mocaplab.bvh import save_bvh
-from mocaplab.comparison import job as comparison
-from mocaplab.comparison import job_runner
-from mocaplab.comparison.job import Job, run_job
+from mocaplab.comparison import job_runner, result
+from mocaplab.comparison.job import Job
 from mocaplab.comparison.job_runner import cluster_workers, local_workers, run_jobs, this_process
 from mocaplab.comparison.methods import METHODS, Method
+from mocaplab.comparison.run_job import run_job
 from mocaplab.datasets import Dataset
 from mocaplab.splits import Split
 
@@ -189,7 +189,7 @@ def test_a_cluster_gives_the_same_numbers(few, jobs, tmp_path, cluster):
 
 
 def test_workers_with_other_versions_are_refused(few, cluster, monkeypatch):
-    monkeypatch.setattr(comparison, "__version__", "9.9")  # here, not at the workers
+    monkeypatch.setattr(result, "__version__", "9.9")  # here, not at the workers
     with (
         pytest.raises(ValueError, match=r"expected worker tcp://.* to have .*9\.9"),
         cluster_workers(few, cluster.scheduler_address),

@@ -17,7 +17,8 @@ from mocaplab.files import check_writable, write_atomically
 from mocaplab.splits import make_splits, read_clip_list
 
 if TYPE_CHECKING:
-    from mocaplab.comparison.job import Job, Result
+    from mocaplab.comparison.job import Job
+    from mocaplab.comparison.result import Result
 
 
 def compare_all(options: argparse.Namespace) -> None:

@@ -22,15 +22,9 @@ from typing import Any, NamedTuple
 
 from tqdm.auto import tqdm
 
-from mocaplab.comparison.job import (
-    Job,
-    Result,
-    fingerprint,
-    load_result,
-    run_job,
-    save_result,
-    versions,
-)
+from mocaplab.comparison.job import Job
+from mocaplab.comparison.result import Result, fingerprint, load_result, save_result, versions
+from mocaplab.comparison.run_job import run_job
 from mocaplab.datasets import Dataset
 from mocaplab.worker_processes import worker_processes
 

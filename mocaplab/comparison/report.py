@@ -12,8 +12,9 @@ from pathlib import Path
 import numpy as np
 
 from mocaplab.comparison.bootstrap import Interval, percentile_interval, resampled_means
-from mocaplab.comparison.job import ORACLE, Job, Result
+from mocaplab.comparison.job import ORACLE, Job
 from mocaplab.comparison.methods import METHODS, network_label, part_network
+from mocaplab.comparison.result import Result
 from mocaplab.evaluation import format_table, mean_of_known
 from mocaplab.measures.by_name import MEASURES
 from mocaplab.motion import FloatArray

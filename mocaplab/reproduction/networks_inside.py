@@ -10,7 +10,8 @@ import numpy as np
 import torch
 
 from mocaplab.checkpoints import Checkpoint, load_checkpoint
-from mocaplab.comparison.job import Job, fit_method
+from mocaplab.comparison.job import Job
+from mocaplab.comparison.run_job import fit_method
 from mocaplab.datasets import Dataset
 from mocaplab.gap_fillers.curves import lerp_gaps
 from mocaplab.measures.movement import root_angular_velocity

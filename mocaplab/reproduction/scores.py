@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from mocaplab.comparison.bootstrap import Interval, mean_intervals, paired_interval
-from mocaplab.comparison.job import Job, Result
+from mocaplab.comparison.job import Job
 from mocaplab.comparison.report import BEST_CLIPS, method_label
+from mocaplab.comparison.result import Result
 from mocaplab.evaluation import mean_of_known
 from mocaplab.reproduction.needs import NOISE
 from mocaplab.reproduction.plan import Plan

@@ -168,6 +168,7 @@ LAYERS = [
         "comparison.network_methods",
         "exercises.beyond",
         "exercises.bvh",
+        "exercises.comparing",
         "exercises.ebf",
         "exercises.gap_statistics",
         "exercises.gaps",

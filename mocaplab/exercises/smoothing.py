@@ -1,18 +1,17 @@
-"""Checks for the exercises of notebook 03, on smoothing: see :mod:`mocaplab.exercises`."""
+"""Checks for the exercises of notebook 03 that are about one curve: width, mean and lag.
+
+Those that compare filters on clips are in :mod:`mocaplab.exercises.comparing`.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mocaplab.exercises.answers import NOT_YET
-from mocaplab.filters import Denoiser, GaussianDenoiser
-from mocaplab.measures.by_name import MEASURES
-from mocaplab.motion import Corrupted, FloatArray
-from mocaplab.tuning import SIGMA_GRID_S, error_table
+from mocaplab.motion import FloatArray
 
 WINDOWS = ((0.075, 1 / 120), (0.1, 1 / 30))
 """Windows of 9 and of 3 frames, for the moving average: seconds and frame time."""
@@ -107,87 +106,6 @@ def _wrong_average(result: Any, values: FloatArray, half: int) -> str:
     )
 
 
-def check_tuning(answer: Any, clips: Sequence[Corrupted], others: Sequence[Corrupted]) -> str:
-    """Check a function that takes training clips and returns the best single width, seconds.
-
-    Best is the smallest RMS error, averaged over clips (:mod:`mocaplab.tuning`).
-    """
-    if answer is None:
-        return NOT_YET
-    if not callable(answer):
-        return "Give a function that takes any list of clips, not a width: def my_tune(clips):"
-    found = []
-    for some in (clips, others):
-        result, problem = _call(answer, list(some))
-        got = _numbers(result)
-        if problem or got is None or got.size != 1:
-            return problem or "Your function must return one number: a width in seconds."
-        found.append(float(got.ravel()[0]))
-    candidates = [GaussianDenoiser(sigma_s) for sigma_s in SIGMA_GRID_S]
-    tables = [(some, error_table(candidates, some)) for some in (clips, others)]
-    wrong = [(w, *t) for w, t in zip(found, tables, strict=True) if not _is_best_width(w, t[1])]
-    if not wrong:
-        return (
-            f"Right: {1000 * found[0]:.0f} ms for the first list, {1000 * found[1]:.0f} ms for "
-            f"the other. No width does better on the clips that your function was given."
-        )
-    for width, some, errors in wrong:
-        if hint := _known_wrong_width(width, some, errors):
-            return hint
-    if found[0] == found[1]:
-        return (
-            "Your function gives the same width for two different lists of clips. Does it look at "
-            "the clips it is given, or at some other ones?"
-        )
-    width = wrong[0][0]
-    if not 0 < width < 1:
-        return f"A width of {width:g} seconds cannot be right. Which unit is it in?"
-    return (
-        f"{1000 * width:.0f} ms is not the best for one of the lists. For every width: clean "
-        f"each clip, take its RMS, and average over clips. Keep the width with the smallest mean."
-    )
-
-
-def _is_best_width(width: float, errors: FloatArray) -> bool:
-    """Tell whether a width is as good as the best one, to half a percent of the error."""
-    rms = _rms(errors).mean(axis=0)
-    return bool(0 <= width < 1 and np.interp(width, SIGMA_GRID_S, rms) <= 1.005 * rms.min())
-
-
-def _rms(errors: FloatArray) -> FloatArray:
-    """Return each clip's RMS with each width, (clips, widths), up to a common factor."""
-    rms: FloatArray = np.sqrt(errors.sum(axis=2))
-    return rms
-
-
-def _known_wrong_width(width: float, clips: Sequence[Corrupted], errors: FloatArray) -> str:
-    rms, fps = _rms(errors), clips[0].clean.fps
-    mean = rms.mean(axis=0)
-    frames = np.array([clip.clean.n_frames for clip in clips])
-    squares = rms**2
-    best = float(SIGMA_GRID_S[np.argmin(mean)])
-    each = SIGMA_GRID_S[np.argmin(rms, axis=1)]
-    average = "Average the errors of all clips first, then choose once."
-    known = {
-        float(np.argmin(mean)): "That is a place in the list of widths. Return the width at "
-        "this place.",
-        best * fps: "That is in frames. Times frame_time, it is in seconds.",
-        best * 1000: "That is in milliseconds. The answer is wanted in seconds.",
-        float(SIGMA_GRID_S[np.argmax(mean)]): "That is the width with the largest error. Take "
-        "the smallest.",
-        float(np.mean(each)): f"That is the mean of each clip's best width. {average}",
-        float(np.median(each)): f"That is the median of each clip's best width. {average}",
-        float(each[-1]): f"That is the best width of the last clip alone. {average}",
-        float(each[0]): f"That is the best width of the first clip alone. {average}",
-    }
-    for total in (squares.mean(axis=0), frames @ squares):
-        known[float(SIGMA_GRID_S[np.argmin(total)])] = (
-            "That is best by the squared errors of all clips together. There the clip with the "
-            "largest errors has nearly all the say. Take the root for each clip, then the mean."
-        )
-    return _known(width, known, rtol=1e-4)
-
-
 def check_lag(answer: Any) -> str:
     """Check a function ``f(smooth, clean, frame_time)`` that returns a lag in milliseconds."""
     if answer is None:
@@ -217,41 +135,6 @@ def check_lag(answer: Any) -> str:
             f"back by 0, 1, 2, ... frames, and see which shift leaves the smallest RMS."
         )
     return "Right: 5 frames at 120 and 3 frames at 30 per second are found, in milliseconds."
-
-
-def check_flattering_measure(
-    answer: Any, weak: Denoiser, fair: Denoiser, clips: Sequence[Corrupted]
-) -> str:
-    """Check the name of a measure by which the weak method looks better than the fair one."""
-    if answer is None:
-        return NOT_YET
-    if not isinstance(answer, str) or answer not in MEASURES:
-        return f"There is no measure {answer!r}. The names are {', '.join(MEASURES)}."
-    measure = MEASURES[answer]
-
-    def badness(denoiser: Denoiser | None) -> tuple[float, float]:
-        """Return the mean score, and how far it is from the best there is."""
-        scores, aims = [], []
-        for clip in clips:
-            cleaned = denoiser.denoise(clip.observed, clip.mask) if denoiser else clip.clean
-            scores.append(measure.score(cleaned, clip))
-            aims.append(0.0 if measure.lower_is_better else measure.score(clip.clean, clip))
-        known = ~np.isnan(scores)
-        if not known.any():
-            return np.nan, np.nan
-        score = float(np.mean(np.array(scores)[known]))
-        return score, abs(score - float(np.mean(np.array(aims)[known])))
-
-    (weak_score, weak_off), (fair_score, fair_off) = badness(weak), badness(fair)
-    if np.isnan(weak_off) or np.isnan(fair_off):
-        return f"{answer} has no value on these clips: it is made for gaps or for clean input."
-    figures = f"{weak_score:,.4g} {measure.unit} against {fair_score:,.4g} {measure.unit}".strip()
-    if weak_off < fair_off:
-        return f"Right: by {answer} the wide Gaussian wins, {figures}. One measure can be bought."
-    return (
-        f"By {answer} the wide Gaussian loses, {figures}. What does very strong smoothing do "
-        f"well? Think of trembling, or of feet that should stand still."
-    )
 
 
 def _call(function: Any, *arguments: Any) -> tuple[Any, str]:

@@ -31,7 +31,7 @@ from mocaplab.gap_fillers.filled import Filled, fill_by_lines
 from mocaplab.gap_fillers.lowrank import fit_lowrank_gaps
 from mocaplab.gap_fillers.network import NetworkFiller
 from mocaplab.gap_fillers.pca import fit_pca_gaps
-from mocaplab.measures.gaps import gap_rms_deg
+from mocaplab.measures.gaps import gap_rms_deg, shares_within
 from mocaplab.motion import BoolArray, Corrupted, Motion, moving_channels
 from mocaplab.noise.angular import angular_noise
 from mocaplab.noise.gaps import hide
@@ -126,13 +126,10 @@ def _score(result: Motion | Filled, clip: Motion, mask: BoolArray) -> Row:
     """Return the error inside gaps, and how often it is within 1 and 2 expected errors."""
     if isinstance(result, Motion):
         return {"rms_deg": gap_rms_deg(result, clip, mask), "within_1": "", "within_2": ""}
-    error = np.abs(result.motion.channels - clip.channels)[~mask]
-    std = result.std_deg[~mask]
-    return {
-        "rms_deg": gap_rms_deg(result.motion, clip, mask),
-        "within_1": float(np.mean(error <= std)),
-        "within_2": float(np.mean(error <= 2 * std)),
-    }
+    error = (result.motion.channels - clip.channels)[~mask]
+    one, two = shares_within(error, result.std_deg[~mask])
+    rms_deg = gap_rms_deg(result.motion, clip, mask)
+    return {"rms_deg": rms_deg, "within_1": one, "within_2": two}
 
 
 def print_table(rows: list[Row], lengths: Sequence[int], seed: int) -> None:

@@ -4,7 +4,12 @@ import numpy as np
 import pytest
 
 from mocaplab.exercises.answers import NOT_YET
-from mocaplab.exercises.gaps import check_conditional_mean, check_gap_rms, check_line
+from mocaplab.exercises.gaps import (
+    check_calibration,
+    check_conditional_mean,
+    check_gap_rms,
+    check_line,
+)
 from mocaplab.gap_fillers.curves import lerp_gaps
 from mocaplab.noise.gaps import hide, long_gap_mask
 
@@ -104,10 +109,64 @@ def test_conditional_mean_wrong(answer, hint):
     assert hint.lower() in check_conditional_mean(answer).lower()
 
 
+def word_for(share):
+    return (
+        "calibrated" if abs(share - 0.68) <= 0.03 else "too sure" if share < 0.68 else "too careful"
+    )
+
+
+def judged(one, two):
+    return one, two, word_for(one)
+
+
+def shares(error, std):
+    return judged(np.mean(abs(error) < std), np.mean(abs(error) < 2 * std))
+
+
+def shares_by_loops(error, std):
+    ratios = [abs(e) / s for e, s in zip(error, std, strict=True)]
+    one, two = (sum(r <= n for r in ratios) / len(ratios) for n in (1, 2))
+    return [np.float32(one), two, word_for(one)]
+
+
+@pytest.mark.parametrize("answer", [shares, shares_by_loops])
+def test_calibration_right(answer):
+    assert check_calibration(answer).startswith("Right")
+
+
+@pytest.mark.parametrize(
+    ("answer", "hint"),
+    [
+        (lambda e, s: judged(np.mean(e < s), np.mean(e < 2 * s)), "np.abs"),
+        (lambda e, s: judged(np.mean(abs(e) > s), np.mean(abs(e) > 2 * s)), "outside"),
+        (lambda e, s: [100 * v for v in shares(e, s)[:2]] + ["too sure"], "percent"),
+        (lambda e, s: [1000 * v for v in shares(e, s)[:2]] + ["too sure"], "counted"),
+        (lambda e, s: (shares(e, s)[1], shares(e, s)[0], "too sure"), "wrong order"),
+        (lambda e, s: judged(np.mean(abs(e) < s), np.mean(abs(e) < s)), "twice"),
+        (lambda e, s: judged(np.mean(e**2 < s), np.mean(e**2 < 2 * s)), "squared the errors"),
+        (lambda e, s: shares(e, s**2), "squared the deviation"),
+        (lambda e, s: shares(e, np.full(len(s), s.mean())), "one deviation for all"),
+        (lambda e, s: shares(e, np.full(len(s), e.std())), "was expected"),
+        (lambda e, s: (*shares(e, s)[:2], "too careful"), "wrong way round"),
+        (lambda e, s: (*shares(e, s)[:2], "calibrated"), "on both sides"),
+        (lambda e, s: (*shares(e, s)[:2], "good"), "no word"),
+        (lambda e, s: shares(e, s)[:2], "three things"),
+        (lambda e, s: ("a", "b", "too sure"), "should be numbers"),
+        (lambda e, s: (0.1, 0.2, "too sure"), "Not yet"),
+        (lambda e, s: None, "return"),
+        (lambda e, s: 1 / 0, "ZeroDivisionError"),
+        ((0.68, 0.95), "the function itself"),
+    ],
+)
+def test_calibration_wrong(answer, hint):
+    assert hint in check_calibration(answer)
+
+
 def test_not_answered_yet(case):
     assert check_line(None) == NOT_YET
     assert check_gap_rms(None, *case) == NOT_YET
     assert check_conditional_mean(None) == NOT_YET
+    assert check_calibration(None) == NOT_YET
 
 
 @pytest.mark.parametrize("answer", ODD, ids=range(len(ODD)))
@@ -116,6 +175,7 @@ def test_odd_answers_get_a_sentence(case, answer):
         check_line(answer),
         check_gap_rms(answer, *case),
         check_conditional_mean(answer),
+        check_calibration(answer),
     ):
         assert len(sentence) > 10
         assert not sentence.startswith("Right")

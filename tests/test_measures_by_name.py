@@ -37,6 +37,7 @@ from mocaplab.measures.by_name import (
     rms_all_deg,
     rms_moving_deg,
 )
+from mocaplab.measures.gaps import shares_within
 from mocaplab.measures.movement import foot_contacts, jitter
 from mocaplab.motion import Corrupted, moving_channels
 from mocaplab.motion_model import CM_PER_UNIT
@@ -529,3 +530,15 @@ def test_wider_smoothing_takes_more_of_a_real_kick(data_dir):
             for s in (0.0, 0.03, 0.06, 0.12)
         ]
         assert np.all(np.diff(values) > 0), name
+
+
+def test_shares_within_one_and_two_expected_errors():
+    assert shares_within([0.5, -0.5, 1.5, -3.0], [1, 1, 1, 1]) == (0.5, 0.75)
+    assert shares_within([0.5, -0.5, 1.5, -3.0], [0.1, 0.4, 2, 3]) == (0.5, 0.75)
+    error = 3 * np.random.default_rng(0).normal(size=100_000)
+    np.testing.assert_allclose(
+        shares_within(error, np.full(100_000, 3.0)), (0.683, 0.954), atol=0.01
+    )
+    assert np.isnan(shares_within([], [])).all()
+    with pytest.raises(ValueError, match=r"shapes \(2,\) and \(1,\)"):
+        shares_within([1, 2], [1])

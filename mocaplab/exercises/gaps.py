@@ -6,12 +6,14 @@ None means that the exercise has not been tried yet. Nothing here raises.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from mocaplab.exercises.answers import (
     NOT_YET,
+    NOTHING,
     as_array,
     as_number,
     call,
@@ -19,11 +21,15 @@ from mocaplab.exercises.answers import (
     not_a_number,
     short,
 )
-from mocaplab.measures.gaps import gap_rms_deg
+from mocaplab.measures.gaps import gap_rms_deg, shares_within
 from mocaplab.motion import BoolArray, FloatArray, Motion
 
 LINE = ((20, 10.0), (50, 46.0), 30)
 """Two observed samples, (frame, degrees), and the frame between them that is asked for."""
+CALIBRATED, TOLERANCE = 0.68, 0.03
+"""The share of errors within the expected one, and how far off it may be."""
+SCALES = (1.6, 1.0, 0.6)
+"""Errors of the calibration exercise over expected ones."""
 
 
 def check_line(answer: Any) -> str:
@@ -144,3 +150,82 @@ def _about_mean(result: Any, covariance: FloatArray, hidden: BoolArray, values: 
         "Not yet. Cut two blocks out of C: hidden rows with visible columns, and visible rows "
         "with visible columns."
     )
+
+
+def check_calibration(answer: Any) -> str:
+    """Check ``f(error, std)``: shares within one and two expected errors, and a word for it."""
+    if answer is None:
+        return NOT_YET
+    if not callable(answer):
+        return "Give the function itself: def my_shares(error, std): and no call of it."
+    for seed, scale in enumerate(SCALES):
+        rng = np.random.default_rng(seed)
+        std = rng.uniform(0.5, 3.0, size=1000)
+        error = scale * std * rng.normal(size=1000)
+        result, sentence = call(answer, error.copy(), std.copy())
+        if sentence:
+            return sentence
+        sentence = _about_shares(result, error, std)
+        if sentence:
+            return sentence
+    return "Right: both shares, and a word that the first one deserves."
+
+
+def _about_shares(result: Any, error: FloatArray, std: FloatArray) -> str:
+    """Return what is wrong with two shares and a word, or nothing."""
+    if result is None:
+        return NOTHING
+    if not isinstance(result, Sequence) or isinstance(result, str) or len(result) != 3:
+        return f"Return three things, (share, share, word). This is {short(result)}."
+    got, word = as_array(result[:2]), result[2]
+    if got is None or got.shape != (2,):
+        return f"The first two should be numbers, they are {short(result[:2])}."
+    right = np.array(shares_within(error, std))
+    if not np.allclose(got, right):
+        return _wrong_shares(got, right, error, std)
+    low, high = CALIBRATED - TOLERANCE, CALIBRATED + TOLERANCE
+    expected = "too sure" if right[0] < low else "too careful" if right[0] > high else "calibrated"
+    if word == expected:
+        return ""
+    if word not in ("too sure", "too careful", "calibrated"):
+        return f"The shares are right. There is no word {short(word)}: see the three in the task."
+    if "calibrated" in (word, expected):
+        return (
+            f"The shares are right, the word is not: {right[0]:.2f} is not {word!r}. Within "
+            f"{TOLERANCE:g} of {CALIBRATED:g}, on both sides, is calibrated."
+        )
+    return (
+        "The shares are right; the words are the wrong way round. Who is too sure of himself "
+        "expects small errors, and few errors are as small as that."
+    )
+
+
+def _wrong_shares(got: FloatArray, right: FloatArray, error: FloatArray, std: FloatArray) -> str:
+    """Say what two wrong shares may have come from."""
+
+    def shares(size: FloatArray, one: FloatArray, two: FloatArray) -> list[float]:
+        return [float(np.mean(size <= one)), float(np.mean(size <= two))]
+
+    size = np.abs(error)
+    mean, spread = np.full_like(std, std.mean()), np.full_like(std, error.std())
+    hints = (
+        (shares(error, std, 2 * std), "An error of -5 is as large as one of 5: take np.abs."),
+        (1 - right, "Those are the shares outside. Turn the comparison round."),
+        (100 * right, "Those are percent. Give shares from 0 to 1."),
+        (len(error) * right, "You counted. Divide by the number of samples: np.mean."),
+        (right[::-1], "Both shares are right, but in the wrong order."),
+        ([right[0], right[1] - right[0]], "Within two deviations lie those within one, too."),
+        ([right[0], right[0]], "For the second share, compare with twice the deviation."),
+        (shares(size**2, std, 2 * std), "You squared the errors. The deviation is no variance."),
+        (shares(size, std**2, 2 * std**2), "You squared the deviation. Compare it as it is."),
+        (shares(size, np.sqrt(std), 2 * np.sqrt(std)), "The deviation is no variance: no root."),
+        (shares(size, mean, 2 * mean), "You took one deviation for all. Each sample has its own."),
+        (
+            shares(size, spread, 2 * spread),
+            "Compare with std, what was expected, sample by sample.",
+        ),
+    )
+    for value, hint in hints:
+        if np.allclose(got, value):
+            return hint
+    return "Not yet. np.mean of an array of True and False is the share that is True."

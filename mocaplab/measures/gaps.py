@@ -49,6 +49,30 @@ def gap_rms_deg(filled: Motion, clean: Motion, mask: ArrayLike) -> float:
     return float(np.sqrt(np.mean((filled.channels - clean.channels)[hidden] ** 2)))
 
 
+def shares_within(error_deg: ArrayLike, std_deg: ArrayLike) -> tuple[float, float]:
+    """How many errors are smaller than expected, and smaller than twice that.
+
+    If they are normally distributed and the expectation is right, it is 0.683 and 0.954 of them.
+
+    Parameters
+    ----------
+    error_deg, std_deg : arrays of one shape
+        Filled minus clean, and the deviation that was expected of each sample.
+
+    Returns
+    -------
+    two floats in [0, 1]; NaN without any sample
+    """
+    size, std = np.abs(np.asarray(error_deg, dtype=np.float64)), np.asarray(std_deg)
+    if size.shape != std.shape:
+        raise ValueError(
+            f"expected a deviation for each error, got shapes {size.shape} and {std.shape}"
+        )
+    if not size.size:
+        return np.nan, np.nan
+    return float(np.mean(size <= std)), float(np.mean(size <= 2 * std))
+
+
 def gap_rms_by_length(
     filled: Motion, clean: Motion, mask: ArrayLike, edges_s: Sequence[float] = GAP_EDGES_S
 ) -> list[GapBin]:

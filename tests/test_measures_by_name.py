@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial import procrustes
 from scipy.spatial.transform import Rotation
 from test_kinematics import arm
-from test_movement import stepping
+from test_measures_movement import stepping
 
 from mocaplab.bvh import load_bvh
 from mocaplab.corruption import corrupt

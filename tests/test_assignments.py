@@ -187,16 +187,16 @@ def test_while_graded_the_folder_counts(monkeypatch, tmp_path):
 @pytest.mark.parametrize(
     ("module", "check"),
     [
-        ("assignments_bvh", "check_rest"),
-        ("assignments_rotations", "check_angles"),
-        ("assignments_noise", "check_snr"),
-        ("assignments_smoothing", "check_sigma"),
-        ("assignments_filter", "check_by_hand"),
-        ("assignments_gaps", "check_steps"),
+        ("bvh", "check_rest"),
+        ("rotations", "check_angles"),
+        ("noise", "check_snr"),
+        ("smoothing", "check_sigma"),
+        ("filter", "check_by_hand"),
+        ("gaps", "check_steps"),
     ],
 )
 def test_no_student_has_data_for_which_a_mistake_is_right(monkeypatch, module, check):
-    module = import_module(f"mocaplab.{module}")
+    module = import_module(f"mocaplab.assignments.{module}")
     asked = {}
 
     def keep(answer, right, mistakes, *, rtol=0.005, atol=0.0, otherwise=""):

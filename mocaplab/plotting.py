@@ -96,7 +96,7 @@ def plot_losses(
 
     Parameters
     ----------
-    losses : list of float, one an epoch; see :func:`mocaplab.training.batch_loss`
+    losses : list of float, one an epoch; see :func:`mocaplab.learning.lessons.batch_loss`
     validation : list of float, the same on the validation clips, if there are any
     ax : Axes or None for a new figure
     """

@@ -30,6 +30,7 @@ LAYERS = [
         "commands.option_types",
         "estimate_bank",
         "files",
+        "html_page",
         "layers",
         "learning.config",
         "learning.parallel",

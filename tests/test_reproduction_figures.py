@@ -194,6 +194,10 @@ def test_every_figure_is_drawn_and_written(many, tmp_path, without_networks):
     report = (tmp_path / "report.md").read_text()
     assert "embedded clips, made up by a model" in report
     assert all(f"## {figure.title}" in report for figure in FIGURES.values())
+    page = (tmp_path / "report.html").read_text()
+    assert all(f"<h2>{figure.title}</h2>" in page for figure in FIGURES.values())
+    assert page.count("data:image/png;base64,") == report.count("](")
+    assert page.count("<tr>") == len(claims) + 1
     found = {claim.text: claim.verdict for claim in claims}
     assert found["free kernels look Gaussian"] == HOLDS
     assert found["the bias term vanishes without bias"] == HOLDS

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import base64
-import html
 import io
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
 
+from mocaplab import html_page
 from mocaplab.cleaner.fault_detection import Faults
 from mocaplab.cleaner.pictures import draw_channel, draw_widths, most_changed
 from mocaplab.cleaner.summary import CleaningReport
@@ -18,23 +16,13 @@ from mocaplab.cleaning import Cleaned
 from mocaplab.doctor import diagnose
 from mocaplab.files import write_atomically
 from mocaplab.findings import summarize
+from mocaplab.html_page import bullets, heading, note, paragraph, table
 from mocaplab.measures.feet import foot_skate_cm_s
 from mocaplab.motion import Motion
 from mocaplab.motion_model import CM_PER_UNIT
 
 MOST_FRAMES = 20_000
 """Feet and findings are looked at in this many frames at most, to need little memory."""
-
-_STYLE = """
-body { font: 16px/1.5 system-ui, sans-serif; margin: 0 auto; padding: 1rem; max-width: 60rem;
-  color: #1a1a1a; background: #ffffff; }
-h1 { font-size: 1.5rem; } h2 { font-size: 1.2rem; margin-top: 2rem; }
-img { width: 100%; height: auto; }
-table { border-collapse: collapse; width: 100%; }
-th, td { border-bottom: 1px solid #cccccc; padding: 0.3rem 0.4rem; text-align: right; }
-th:first-child, td:first-child { text-align: left; overflow-wrap: anywhere; }
-p.note { color: #555555; font-size: 0.9rem; }
-"""
 
 
 def write_report(
@@ -61,8 +49,8 @@ def write_report(
         If it cannot be written.
     """
     sections = [
-        f"<h1>What was done to {html.escape(before.name)}</h1>",
-        _paragraph(
+        heading(f"What was done to {before.name}", 1),
+        paragraph(
             f"{before.n_frames} frames at {before.fps:.4g} per second "
             f"({before.duration_s:.1f} s), {before.skeleton.n_joints} joints."
         ),
@@ -72,15 +60,7 @@ def write_report(
         _widths(before, cleaned),
         _gaps(before, cleaned),
     ]
-    name = html.escape(before.name)
-    page = (
-        '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{name}, cleaned</title><style>{_STYLE}</style></head>\n<body>\n"
-        + "\n".join(sections)
-        + "\n</body></html>\n"
-    )
-    write_atomically(path, page)
+    write_atomically(path, html_page.page(f"{before.name}, cleaned", sections))
 
 
 def _numbers(before: Motion, after: Motion, summary: CleaningReport) -> str:
@@ -102,7 +82,7 @@ def _numbers(before: Motion, after: Motion, summary: CleaningReport) -> str:
         f"degrees, at {summary.largest_channel} in frame {summary.largest_frame}. The root and "
         f"what does not move are as before."
     )
-    note = (
+    about_feet = (
         "A foot stands where it does so in the cleaned motion. Lengths are taken for CMU units "
         f"({CM_PER_UNIT:.2f} cm); for a file in other units, compare before and after only."
         if skates is not None
@@ -110,10 +90,10 @@ def _numbers(before: Motion, after: Motion, summary: CleaningReport) -> str:
         "End Site, or no foot ever stands."
     )
     return (
-        "<h2>Before and after</h2>"
-        + _table(["", "before", "after"], rows)
-        + _paragraph(changed)
-        + _note(note)
+        heading("Before and after")
+        + table(["", "before", "after"], rows)
+        + paragraph(changed)
+        + note(about_feet)
     )
 
 
@@ -161,20 +141,20 @@ def _repairs(
     if before.n_frames > MOST_FRAMES:
         odd.append(f"only the first {MOST_FRAMES} frames were looked at for this list and for feet")
     return (
-        "<h2>What was repaired</h2>"
-        + _list(done or ["There were no gaps to fill."])
-        + "<h2>What was refused</h2>"
-        + _list(refused or ["Nothing."])
-        + "<h2>What is odd in the file</h2>"
-        + _list(odd or ["Nothing to mention."])
-        + _note("Full turns and branch switches are undone for cleaning, and put back after it.")
+        heading("What was repaired")
+        + bullets(done or ["There were no gaps to fill."])
+        + heading("What was refused")
+        + bullets(refused or ["Nothing."])
+        + heading("What is odd in the file")
+        + bullets(odd or ["Nothing to mention."])
+        + note("Full turns and branch switches are undone for cleaning, and put back after it.")
     )
 
 
 def _curves(before: Motion, after: Motion, cleaned: Cleaned) -> str:
     labels = most_changed(before, after)
     if not labels:
-        return "<h2>The joints that changed most</h2>" + _paragraph("Nothing was changed.")
+        return heading("The joints that changed most") + paragraph("Nothing was changed.")
     figure = Figure(figsize=(8, 2.6 * len(labels)), layout="constrained")
     axes = figure.subplots(len(labels), 1, squeeze=False)[:, 0]
     for ax, label in zip(axes, labels, strict=True):
@@ -184,19 +164,19 @@ def _curves(before: Motion, after: Motion, cleaned: Cleaned) -> str:
         "may be off (two standard deviations); a hatched one was left open."
     )
     return (
-        "<h2>The joints that changed most</h2>"
-        + _paragraph(text)
+        heading("The joints that changed most")
+        + paragraph(text)
         + _picture(figure, f"Angles over time, before and after: {', '.join(labels)}")
     )
 
 
 def _widths(before: Motion, cleaned: Cleaned) -> str:
-    title = "<h2>Why was this smoothed?</h2>"
+    title = heading("Why was this smoothed?")
     width_s = cleaned.width_s
     if width_s is None or not np.isfinite(width_s).all():
-        return title + _paragraph("This kind of network does not tell how widely it smooths.")
+        return title + paragraph("This kind of network does not tell how widely it smooths.")
     if not width_s.any():
-        return title + _paragraph("Nothing was smoothed.")
+        return title + paragraph("Nothing was smoothed.")
     figure = Figure(figsize=(8, 6), layout="constrained")
     draw_widths(figure.subplots(), before, width_s)
     text = (
@@ -204,7 +184,7 @@ def _widths(before: Motion, cleaned: Cleaned) -> str:
         "its angles. Bright is wide: there it saw noise and little movement. Dark is narrow: there "
         "it saw movement that a wide filter would have cut off, or little noise."
     )
-    return title + _paragraph(text) + _picture(figure, "Heat map of widths, joints over time")
+    return title + paragraph(text) + _picture(figure, "Heat map of widths, joints over time")
 
 
 def _gaps(before: Motion, cleaned: Cleaned) -> str:
@@ -219,41 +199,21 @@ def _gaps(before: Motion, cleaned: Cleaned) -> str:
         errors = cleaned.std_deg[:, columns][filled[:, columns]]
         rows.append((float(errors.max()), float(np.median(errors)), len(errors), j))
     rows.sort(reverse=True)
-    table = [
+    lines = [
         [before.skeleton.joint_names[j], str(n), f"{usual:.1f}", f"{worst:.1f}"]
         for worst, usual, n, j in rows
     ]
     return (
-        "<h2>How sure are the filled gaps?</h2>"
-        + _paragraph(
+        heading("How sure are the filled gaps?")
+        + paragraph(
             "The error to be expected, one standard deviation. Where it is larger than you can "
             "accept, look at the joint, or leave such gaps open with --max-gap."
         )
-        + _table(["joint", "filled samples", "usually, degrees", "at worst"], table)
+        + table(["joint", "filled samples", "usually, degrees", "at worst"], lines)
     )
 
 
 def _picture(figure: Figure, alt: str) -> str:
     data = io.BytesIO()
     figure.savefig(data, format="png", dpi=130)
-    text = base64.b64encode(data.getvalue()).decode()
-    return f'<img alt="{html.escape(alt)}" src="data:image/png;base64,{text}">'
-
-
-def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    def row(cells: Sequence[str], tag: str) -> str:
-        return "<tr>" + "".join(f"<{tag}>{html.escape(c)}</{tag}>" for c in cells) + "</tr>"
-
-    return "<table>" + row(head, "th") + "".join(row(cells, "td") for cells in rows) + "</table>"
-
-
-def _list(lines: Sequence[str]) -> str:
-    return "<ul>" + "".join(f"<li>{html.escape(line)}</li>" for line in lines) + "</ul>"
-
-
-def _paragraph(text: str) -> str:
-    return f"<p>{html.escape(text)}</p>"
-
-
-def _note(text: str) -> str:
-    return f'<p class="note">{html.escape(text)}</p>'
+    return html_page.picture(data.getvalue(), alt)

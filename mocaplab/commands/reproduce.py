@@ -22,7 +22,7 @@ DETAILS = (
     "The budget decides how many holdouts, repetitions, epochs and clips there are, after\n"
     "a step of training has been measured; every figure says what it was made with. Each\n"
     "comes as CSV, as a picture with the paper's axes, and with a paragraph of what\n"
-    "agrees and what does not; report.md has them all and the table of claims. What was\n"
+    "agrees and what does not; report.html has them all and the table of claims. What was\n"
     "stopped goes on when the same command is given again.\n\n"
     "examples:\n"
     "  mocaplab reproduce --list\n"
@@ -112,7 +112,7 @@ def _reproduce(options: argparse.Namespace) -> None:
     minutes = (perf_counter() - began) / 60
     counts = Counter(claim.verdict for claim in claims)
     print(", ".join(f"{n} {verdict}" for verdict, n in counts.items()))
-    print(f"took {minutes:.1f} minutes; the report is {folder / 'report.md'}")
+    print(f"took {minutes:.1f} minutes; the report is {folder / 'report.html'}")
     for job, why in failed.items():
         print(f"failed: {job.name}: {why}", file=sys.stderr)
     if failed:

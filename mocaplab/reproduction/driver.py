@@ -22,7 +22,7 @@ from mocaplab.reproduction.plan import (
     dataset_digest,
     most_holdouts,
 )
-from mocaplab.reproduction.report import write_figure, write_report
+from mocaplab.reproduction.report import Part, write_figure, write_report
 from mocaplab.reproduction.scores import Scores
 from mocaplab.splits import make_splits
 
@@ -164,13 +164,14 @@ def reproduce(
     results, failed = run_jobs(dataset, jobs, folder, open_workers)
     evidence = Evidence(plan, dataset, groups, Scores(results, plan), folder)
     claims: list[Claim] = []
-    parts = []
+    parts: list[Part] = []
     for name in figures:
         figure = FIGURES[name]
         if figure.needs and not any(
             evidence.scores.tested(need.methods, need.recipes, need.group) for need in figure.needs
         ):
-            parts.append(f"## {figure.title}\n\nNothing could be tested on these clips.\n")
+            nothing = "Nothing could be tested on these clips."
+            parts.append(Part(figure.title, figure.asks, None, nothing))
             continue
         drawing = figure.draw(evidence)
         judged = [claim for claim in figure.claims(evidence) if claim.clips]

@@ -7,12 +7,13 @@ import io
 import textwrap
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure as Picture
 
+from mocaplab import html_page
 from mocaplab.comparison.bootstrap import Interval
 from mocaplab.files import write_atomically
 from mocaplab.reproduction.claims import Claim, paragraph
@@ -29,6 +30,18 @@ if it is on the other side, or has 1 in it and rules the paper's ratio out. "On 
 holds on all, holds weaker on three of four. "Alike" is within {ALIKE - 1:.0%}, weaker within \
 {NEARLY - 1:.0%}. With fewer than 6 clips, or networks trained for fewer than 10 of 200 epochs, \
 nothing is tested."""
+
+TITLE = "The papers' figures redone"
+HEAD = "figure", "claim", "paper", "ours (95 %)", "verdict", "why"
+
+
+class Part(NamedTuple):
+    """What the report says of one figure."""
+
+    title: str
+    asks: str
+    picture: str | None  # the file's name
+    text: str
 
 
 def file_name(figure: str) -> str:
@@ -67,12 +80,19 @@ def claim_rows(claims: Sequence[Claim]) -> list[dict[str, Any]]:
     ]
 
 
+def claim_cells(claims: Sequence[Claim]) -> list[tuple[str, ...]]:
+    """Return the cells of the claim table, what the paper claims first."""
+    return [
+        (c.figure, c.text, c.paper, c.number(), c.verdict, c.why)
+        for c in sorted(claims, key=lambda c: c.verdict == NOT_ASKED)
+    ]
+
+
 def claims_to_markdown(claims: Sequence[Claim]) -> str:
     """Write the claim table."""
-    lines = ["| figure | claim | paper | ours (95 %) | verdict | why |", "|" + "---|" * 6]
-    for c in sorted(claims, key=lambda c: c.verdict == NOT_ASKED):
-        cells = (c.figure, c.text, c.paper, c.number(), f"**{c.verdict}**", c.why)
-        lines.append(f"| {' | '.join(cells)} |")
+    lines = [f"| {' | '.join(HEAD)} |", "|" + "---|" * len(HEAD)]
+    for *cells, verdict, why in claim_cells(claims):
+        lines.append(f"| {' | '.join((*cells, f'**{verdict}**', why))} |")
     return "\n".join(lines)
 
 
@@ -92,14 +112,14 @@ def write_figure(
     claims: Sequence[Claim],
     plan: Plan,
     folder: Path,
-) -> str:
+) -> Part:
     """Write CSV, picture and paragraph of a figure; return its part of the report."""
     name = file_name(figure.name)
     write_atomically(folder / f"{name}.csv", rows_to_csv(rows, plan.label()))
     save_picture(picture, figure.title, plan, folder / f"{name}.png")
-    text = f"{paragraph(claims)}\n\nMade with {plan.label()}.\n"
-    write_atomically(folder / f"{name}.md", text)
-    return f"## {figure.title}\n\n{figure.asks}\n\n![{figure.title}]({name}.png)\n\n{text}"
+    text = paragraph(claims)
+    write_atomically(folder / f"{name}.md", f"{text}\n\nMade with {plan.label()}.\n")
+    return Part(figure.title, figure.asks, f"{name}.png", text)
 
 
 def paper_ratios(rows: Sequence[Mapping[str, Any]]) -> dict[str, tuple[float, Interval]]:
@@ -114,17 +134,37 @@ def paper_ratios(rows: Sequence[Mapping[str, Any]]) -> dict[str, tuple[float, In
     }
 
 
-def write_report(claims: Sequence[Claim], parts: Sequence[str], plan: Plan, folder: Path) -> None:
-    """Write claims.csv, claims.md and report.md."""
-    table = claims_to_markdown(claims)
+def write_report(claims: Sequence[Claim], parts: Sequence[Part], plan: Plan, folder: Path) -> None:
+    """Write claims.csv, claims.md, report.md, and report.html, which has its pictures inside."""
     write_atomically(folder / "claims.csv", rows_to_csv(claim_rows(claims), plan.label()))
     ratios = paper_ratios(claim_rows(claims))
     if ratios:
         picture, ax = plt.subplots(figsize=(11, 1.6 + 0.35 * len(ratios)), layout="constrained")
         plot_claims(ratios, ax)
         save_picture(picture, "Ratios of errors: the paper's and ours", plan, folder / "claims.png")
-        table = f"![The paper's ratios of errors and ours.](claims.png)\n\n{table}"
-    claimed = f"{RULES}\n\nMade with {plan.label()}.\n\n{table}\n"
-    write_atomically(folder / "claims.md", claimed)
-    body = "\n\n".join(parts)
-    write_atomically(folder / "report.md", f"# The papers' figures redone\n\n{claimed}\n{body}")
+    table = Part("Claims", RULES, "claims.png" if ratios else None, claims_to_markdown(claims))
+    made = f"Made with {plan.label()}."
+    sections = [_to_markdown(part) for part in (table, *parts)]
+    write_atomically(folder / "claims.md", f"{sections[0]}\n{made}\n")
+    write_atomically(folder / "report.md", "\n".join((f"# {TITLE}\n\n{made}\n", *sections)))
+    write_atomically(folder / "report.html", _to_html(claims, (table, *parts), made, folder))
+
+
+def _to_markdown(part: Part) -> str:
+    picture = f"![{part.title}]({part.picture})\n\n" if part.picture else ""
+    return f"## {part.title}\n\n{part.asks}\n\n{picture}{part.text}\n"
+
+
+def _to_html(claims: Sequence[Claim], parts: Sequence[Part], made: str, folder: Path) -> str:
+    """Return the page; the first part is the claim table."""
+    sections = [html_page.heading(TITLE, 1), html_page.note(made)]
+    for number, part in enumerate(parts):
+        sections += [html_page.heading(part.title), html_page.paragraph(part.asks.replace("*", ""))]
+        if part.picture:
+            png = (folder / part.picture).read_bytes()
+            sections.append(html_page.picture(png, part.title))
+        if number == 0:
+            sections.append(html_page.table(HEAD, claim_cells(claims), words=True))
+        else:
+            sections.append(html_page.paragraph(part.text))
+    return html_page.page(TITLE, sections)

@@ -17,7 +17,7 @@ from mocaplab.reproduction import (
     figures_sources,
     figures_streaming,
 )
-from mocaplab.reproduction.claims import Claim, Evidence, number_text, paragraph
+from mocaplab.reproduction.claims import Claim, Evidence, number_text, of_motions, paragraph
 from mocaplab.reproduction.figures import FIGURES
 from mocaplab.reproduction.figures_detail import joint_speed
 from mocaplab.reproduction.needs import make_groups
@@ -77,7 +77,7 @@ def test_the_papers_own_numbers_hold(many, tmp_path):
     assert table["EBF leaves 1.46 degrees"] == OPEN  # other clips: degrees cannot be compared
     fifth = FIGURES["5"].claims(evidence)
     assert fifth[0].verdict == HOLDS
-    assert fifth[1].ours.value == 0  # the tuned Gaussian wins on every motion, and that is said
+    assert fifth[1].ours.value == 0  # it loses on every motion, and that is said
     assert "Gaussian tuned" in fifth[1].why
 
 
@@ -107,7 +107,7 @@ def test_given_networks_speak_though_others_are_barely_trained(many, tmp_path):
     first = FIGURES["5"].claims(evidence)[0]
     assert first.verdict == OPEN  # EBD, among the rivals, is barely trained
     wiener = FIGURES["5"].claims(evidence)[2]
-    assert wiener.why == "lost on 10 clips: 10 to Wiener"  # a draw is no win
+    assert wiener.why == "lost on 10 of 10: 10 to Wiener"  # a draw is no win
     assert evidence.scores.by_clip("ebf+") == evidence.scores.by_clip("ebf")
 
 
@@ -249,9 +249,8 @@ def test_paragraphs_come_from_the_claims():
 
 def test_a_number_without_an_interval_stands_alone():
     assert number_text(Interval(0.88, 0.76, 1.009), "times", 10) == "0.88 (0.76 to 1.01) times"
-    assert number_text(Interval(0.7, 0.7, 0.7), "of the motions (7 of 10)", 10) == (
-        "0.70 of the motions (7 of 10)"
-    )
+    assert number_text(Interval(7, 7, 7), of_motions(10), 10) == "7 of 10 motions"
+    assert number_text(Interval(0, 0, 0), of_motions(1), 1) == "0 of 1 motions"
     # A bootstrap of one clip rounds: its ends are equal but for the last digit.
     one_clip = Interval(0.7, 0.7 - 1e-16, 0.7 + 1e-16)
     assert number_text(one_clip, "times", 1) == "0.70 times (one clip: no interval)"

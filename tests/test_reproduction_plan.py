@@ -6,10 +6,11 @@ from itertools import pairwise
 import pytest
 from reproduction_cases import few_clips, small_plan
 
+from mocaplab.noise.draws import draw_training
 from mocaplab.reproduction import driver
 from mocaplab.reproduction.costs import estimate_s, sources_s, training_s
 from mocaplab.reproduction.figures import FIGURES, list_figures, read_names
-from mocaplab.reproduction.needs import NOISE, make_groups, measures_of
+from mocaplab.reproduction.needs import NOISE, Need, make_groups, make_jobs, measures_of
 from mocaplab.reproduction.plan import (
     LADDER,
     at_level,
@@ -18,6 +19,7 @@ from mocaplab.reproduction.plan import (
     most_holdouts,
     save_plan,
 )
+from mocaplab.splits import Split
 
 STEPS = {"ebf": 0.5, "nn": 0.2, "blend": 0.6, "ebd_denoiser": 0.2}
 
@@ -165,6 +167,19 @@ def test_what_is_measured_depends_on_the_noise():
 def test_long_gaps_are_tested_only_where_they_fit(few):
     jobs = driver.jobs_of(small_plan(few, ("10",)), ("10",), few, None)
     assert {job.corruption for job in jobs} == {"angular:0.5+long_gaps:0.5"}
+
+
+def test_what_is_fitted_to_long_gaps_learns_from_clips_that_they_fit(embedded):
+    recipe = "angular:0.5+long_gaps:2"
+    split = Split(tuple(range(50, 100)), tuple(range(50)))
+    need = Need(("gap_pca", "ebf"), (recipe,))
+    plan = small_plan(embedded, ("10",))
+    pca, ebf = make_jobs([need], embedded, {"holdout": {"holdout_1": split}}, plan)
+    assert {embedded.clips[i].duration_s > 2.25 for i in pca.split.train + pca.split.test} == {True}
+    assert len(pca.split.train) < len(split.train)  # or this would show nothing
+    assert ebf.split.train == split.train  # it learns from pieces of another recipe
+    for index in pca.split.train:
+        draw_training(embedded.clips[index], recipe, seed=0)
 
 
 def test_most_holdouts(few, embedded):

@@ -80,9 +80,9 @@ def test_every_motion_counts_and_names_who_won():
     assert (verdict.word, won, n) == (HOLDS, 4, 4)
     verdict, won, n = judge_every(ours, {"weak": weak})
     assert (verdict.word, won, n) == (WEAKER, 4, 5)
-    assert verdict.why == "lost on 1 clips: 1 to weak"
+    assert verdict.why == "lost on 1 of 5: 1 to weak"
     strong = {"a": 0.5, "b": 0.5, "c": 3.0, "d": 3.0}
     verdict, won, n = judge_every(ours, {"weak": weak, "strong": strong})
     assert (verdict.word, won, n) == (FAILS, 2, 4)  # e was not tested by all
-    assert verdict.why == "lost on 2 clips: 2 to strong"
+    assert verdict.why == "lost on 2 of 4: 2 to strong"
     assert judge_every({"a": 1.0}, {"same": {"a": 1.0}})[0].word == FAILS  # no better is no win

@@ -51,7 +51,7 @@ class Claim:
 def number_text(ours: Interval, unit: str, clips: int) -> str:
     """Write a number of ours with its interval, or alone where it has none.
 
-    A share of motions is counted and has none, nor has a mean over one clip.
+    A number of motions is counted and has none, nor has a mean over one clip.
 
     Parameters
     ----------
@@ -67,6 +67,8 @@ def number_text(ours: Interval, unit: str, clips: int) -> str:
     """
     if np.isnan(ours.value):
         return "-"
+    if unit.endswith("motions"):
+        return f"{ours.value:g} {unit}"
     value, low, high = (_rounded(x) for x in ours)
     if not np.isclose(ours.low, ours.high, rtol=1e-9, atol=0):
         return f"{value} ({low} to {high}) {unit}".strip()
@@ -164,18 +166,24 @@ def every_claim(
     recipe: str = NOISE,
     paper: str = "on every motion",
 ) -> Claim:
-    """Compare a method with several on every clip; our number is the share of clips won."""
+    """Compare a method with several on every clip; our number is that of the clips won."""
     scores = evidence.scores
     errors = {label_of(m): scores.by_clip(m, recipe) for m in others}
     errors = {label: found for label, found in errors.items() if found}
     verdict, won, n = judge_every(scores.by_clip(ours, recipe), errors)
-    share = Interval(won / n, won / n, won / n) if n else NOTHING
-    unit = f"of the motions ({won} of {n})"
+    count = Interval(won, won, won) if n else NOTHING
     judge = None if paper == "-" else (lambda: verdict)
-    claim = make_claim(evidence, figure, text, paper, share, unit, n, (ours, *others), judge)
+    claim = make_claim(
+        evidence, figure, text, paper, count, of_motions(n), n, (ours, *others), judge
+    )
     if judge is None and verdict.why and not claim.why:
         return Claim(**{**vars(claim), "why": verdict.why})
     return claim
+
+
+def of_motions(n: int) -> str:
+    """Return the unit of a number of clips out of n."""
+    return f"of {n} motions"
 
 
 def paragraph(claims: Sequence[Claim]) -> str:

@@ -6,9 +6,10 @@ from functools import partial
 
 import numpy as np
 
-from mocaplab.reproduction.claims import Claim, Evidence, make_claim
+from mocaplab.comparison.bootstrap import Interval
+from mocaplab.reproduction.claims import Claim, Evidence, make_claim, of_motions
 from mocaplab.reproduction.figure import Drawing, Figure, new_picture
-from mocaplab.reproduction.scores import ByClip
+from mocaplab.reproduction.scores import NOTHING, ByClip
 from mocaplab.reproduction.sources import GATED, NETWORK, Row, source_rows
 from mocaplab.reproduction.verdicts import judge_every
 
@@ -67,15 +68,15 @@ def _claims(evidence: Evidence) -> list[Claim]:
     scores, ours = evidence.scores, _by_clip(rows, NETWORK)
     inputs = {name: _by_clip(rows, name) for name in ("input A", "input B")}
     verdict, won, n = judge_every(ours, inputs)
-    share = scores.mean({c: float(all(ours[c] < e[c] for e in inputs.values())) for c in ours})
+    count = Interval(won, won, won) if n else NOTHING
     claims = [
         make_claim(
             evidence,
             "b5",
             "the network is nearer to the truth than both of its inputs",
             "on every motion",
-            share,
-            f"of the motions ({won} of {n})",
+            count,
+            of_motions(n),
             n,
             ("ebf",),
             lambda: verdict,

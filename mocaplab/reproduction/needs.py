@@ -120,7 +120,9 @@ def make_jobs(
             splits = list(groups["whole" if whole else need.group].items())
             for holdout, split in splits if need.group == "without" else splits[:n]:
                 for recipe in need.recipes:
-                    test = _long_enough(dataset, split, recipe)
+                    # Networks learn from recipes of their own; all others from what is tested.
+                    fits = part_network(method) is None
+                    test = _long_enough(dataset, split, recipe, fits=fits)
                     if test is None:
                         continue
                     job = Job(
@@ -148,8 +150,17 @@ def measures_of(recipe: str) -> tuple[str, ...]:
     return (*RMS, *gaps, *harm)
 
 
-def _long_enough(dataset: Dataset, split: Split, recipe: str) -> Split | None:
-    """Keep the test clips that a long gap fits into; None if there is none."""
+def _long_enough(dataset: Dataset, split: Split, recipe: str, *, fits: bool) -> Split | None:
+    """Keep the clips that a long gap fits into; None if there are none left.
+
+    Training clips are kept too, unless a method fits to them after the recipe corrupted them.
+    """
     gap_s = max((a for step, a in parse_recipe(recipe) if step.name == "long_gaps"), default=0.0)
-    test = tuple(i for i in split.test if not gap_s or dataset.clips[i].duration_s > gap_s + 0.25)
-    return Split(split.train, test) if test else None
+    if not gap_s:
+        return split
+    train, test = (
+        tuple(i for i in part if dataset.clips[i].duration_s > gap_s + 0.25)
+        for part in (split.train, split.test)
+    )
+    train = train if fits else split.train
+    return Split(train, test) if train and test else None

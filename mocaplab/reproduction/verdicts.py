@@ -149,4 +149,4 @@ def judge_every(
         return Verdict(HOLDS, "on every clip"), won, len(clips)
     losses = ", ".join(f"{n} to {name}" for name, n in sorted(lost.items()))
     word = WEAKER if won >= 0.75 * len(clips) else FAILS
-    return Verdict(word, f"lost on {len(clips) - won} clips: {losses}"), won, len(clips)
+    return Verdict(word, f"lost on {len(clips) - won} of {len(clips)}: {losses}"), won, len(clips)

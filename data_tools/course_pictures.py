@@ -27,6 +27,7 @@ FIGURES = {
     "filling_gaps.png": ("06_filling_gaps_ebd", ["c04"]),
     "streaming.png": ("08_streaming", ["c46"]),
     "two_sources.png": ("09_two_sources", ["c56"]),
+    "reproduction.png": ("10_reproducing_the_paper", ["c17"]),
     "beyond.png": ("11_beyond_the_paper", ["c29"]),
 }
 """For each picture the notebook and the cells that draw it, from left to right."""

@@ -14,7 +14,7 @@ img { width: 100%; height: auto; }
 table { border-collapse: collapse; width: 100%; }
 th, td { border-bottom: 1px solid #cccccc; padding: 0.3rem 0.4rem; text-align: right; }
 th:first-child, td:first-child { text-align: left; overflow-wrap: anywhere; }
-table.words th, table.words td { text-align: left; vertical-align: top; }
+table.words th, table.words td { text-align: left; vertical-align: top; overflow-wrap: normal; }
 p.note { color: #555555; font-size: 0.9rem; }
 """
 

@@ -45,10 +45,12 @@ def as_in_the_paper(method, number):
     return PAPERS_ERRORS.get(method, 1.46) * (1 + 0.01 * number)
 
 
-def evidence_of(dataset, figures, tmp_path, error=as_in_the_paper, epochs=200, full=0):
+def evidence_of(
+    dataset, figures, tmp_path, error=as_in_the_paper, epochs=200, full=0, subjects=None
+):
     plan = small_plan(dataset, figures, epochs, full)
-    groups = make_groups(dataset, None, plan)
-    jobs = driver.jobs_of(plan, figures, dataset, None)
+    groups = make_groups(dataset, subjects, plan)
+    jobs = driver.jobs_of(plan, figures, dataset, subjects)
     results = {job: made_up(job, dataset, error) for job in jobs}
     (tmp_path / "rows").mkdir(exist_ok=True)
     return Evidence(plan, dataset, groups, Scores(results, plan), tmp_path)
@@ -175,8 +177,25 @@ def without_networks(monkeypatch):
     monkeypatch.setattr(figures_sources, "source_rows", sources)
 
 
+def test_people_never_seen_need_to_know_who_moves(many, tmp_path):
+    assert FIGURES["subjects"].draw(evidence_of(many, ("subjects",), tmp_path)) is None
+
+
+def test_methods_are_drawn_on_the_clips_that_all_have(many, tmp_path):
+    figures = ("5", "8", "actions")
+    evidence = evidence_of(many, figures, tmp_path, epochs=20, full=3)
+    assert len(evidence.scores.by_clip("gaussian_tuned")) == 30  # as many as the given networks
+    assert len(evidence.scores.by_clip("nn")) == 10
+    rows, _ = FIGURES["8"].draw(evidence)
+    assert len(rows) == 4 * 10
+    assert not np.isnan([row["rms_all_deg"] for row in rows]).any()
+    rows, _ = FIGURES["5"].draw(evidence)
+    assert len({row["clip"] for row in rows}) == 30
+
+
 def test_every_figure_is_drawn_and_written(many, tmp_path, without_networks):
-    evidence = evidence_of(many, tuple(FIGURES), tmp_path)
+    subjects = [i % 12 for i in range(len(many))]
+    evidence = evidence_of(many, tuple(FIGURES), tmp_path, subjects=subjects)
     claims, parts = [], []
     for figure in FIGURES.values():
         rows, picture = figure.draw(evidence)

@@ -167,17 +167,17 @@ def reproduce(
     parts: list[Part] = []
     for name in figures:
         figure = FIGURES[name]
-        if figure.needs and not any(
+        tested = not figure.needs or any(
             evidence.scores.tested(need.methods, need.recipes, need.group) for need in figure.needs
-        ):
+        )
+        drawing = figure.draw(evidence) if tested else None
+        if drawing is None:
             nothing = "Nothing could be tested on these clips."
             parts.append(Part(figure.title, figure.asks, None, nothing))
             continue
-        drawing = figure.draw(evidence)
         judged = [claim for claim in figure.claims(evidence) if claim.clips]
         claims += judged
-        if drawing is not None:
-            parts.append(write_figure(figure, *drawing, judged, plan, folder))
+        parts.append(write_figure(figure, *drawing, judged, plan, folder))
     write_report(claims, parts, plan, folder)
     return claims, failed
 

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure as Picture
 
 from mocaplab.motion import FloatArray
 from mocaplab.reproduction.claims import Claim, Evidence
-from mocaplab.reproduction.needs import NOISE, Need
+from mocaplab.reproduction.needs import Need
 from mocaplab.reproduction.plots import plot_by_motion, style_of
 from mocaplab.reproduction.scores import RMS_ALL, label_of
 
@@ -66,16 +66,18 @@ def named(evidence: Evidence, methods: Sequence[str]) -> list[str]:
 
 
 def motion_lines(
-    evidence: Evidence, methods: Sequence[str], recipe: str = NOISE, measure: str = RMS_ALL
+    evidence: Evidence, methods: Sequence[str], recipe: str, measure: str, *, every: bool
 ) -> tuple[Lines, list[str]]:
     """Collect the error of every motion: the lines of a plot, and the clips in their order.
 
-    Methods that were not tested on all clips of the first one have gaps in their lines.
+    These are the clips that all methods were tested on. With ``every`` they are all clips, and
+    lines have holes.
     """
     scores = evidence.scores
     errors = {m: scores.by_clip(m, recipe, measure=measure) for m in methods}
     errors = {m: found for m, found in errors.items() if found}
-    clips = scores.numbered([max(errors.values(), key=len)]) if errors else []
+    tested = list(errors.values())
+    clips = scores.numbered([max(tested, key=len)] if every and tested else tested)
     lines = {
         label_of(method): (np.array([found.get(clip, np.nan) for clip in clips]), *style)
         for number, (method, found) in enumerate(errors.items())
@@ -91,10 +93,11 @@ def draw_motions(
     ax: Axes,
     measure: str = RMS_ALL,
     *,
+    every: bool = False,
     log: bool = False,
 ) -> list[Row]:
-    """Draw errors over the motions, and return them as rows."""
-    lines, clips = motion_lines(evidence, methods, recipe, measure)
+    """Draw errors over the motions (see :func:`motion_lines`), and return them as rows."""
+    lines, clips = motion_lines(evidence, methods, recipe, measure, every=every)
     actions = [evidence.scores.actions[clip] for clip in clips]
     plot_by_motion(lines, actions, ax, log=log)
     return [

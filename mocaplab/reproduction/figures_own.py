@@ -28,15 +28,18 @@ def _bars(evidence: Evidence, values: dict[str, Interval], unit: str) -> Drawing
 
 
 def _draw_actions(evidence: Evidence) -> Drawing:
+    """Draw all bars of an action over the same clips: those that all three have."""
     scores, values = evidence.scores, {}
     left_out = scores.by_clip("ebf", group="without")
-    for action in sorted({scores.actions[clip] for clip in left_out}):
-        for label, errors in (
-            ("trained on all actions", scores.by_clip("ebf")),
-            ("trained without it", left_out),
-            ("Gaussian 58 ms", scores.by_clip("gaussian_58")),
-        ):
-            mine = {clip: e for clip, e in errors.items() if scores.actions[clip] == action}
+    several = {
+        "trained on all actions": scores.by_clip("ebf"),
+        "trained without it": left_out,
+        "Gaussian 58 ms": scores.by_clip("gaussian_58"),
+    }
+    common = scores.numbered(list(several.values()))
+    for action in dict.fromkeys(scores.actions[clip] for clip in common):
+        for label, errors in several.items():
+            mine = {clip: errors[clip] for clip in common if scores.actions[clip] == action}
             values[f"{action}: {label}"] = scores.mean(mine)
     return _bars(evidence, values, "RMS error over all joints, degrees")
 
@@ -117,14 +120,16 @@ def _draw_amount(evidence: Evidence) -> Drawing:
     return rows, picture
 
 
-def _draw_subjects(evidence: Evidence) -> Drawing:
-    scores = evidence.scores
-    values = {
-        f"{label_of(method)}, {text}": scores.mean(scores.by_clip(method, group=group))
-        for method in ("ebf", "gaussian_tuned")
-        for group, text in (("holdout", "people were seen"), ("subjects", "people never seen"))
-        if scores.by_clip(method, group=group)
-    }
+def _draw_subjects(evidence: Evidence) -> Drawing | None:
+    scores, values = evidence.scores, {}
+    for group, text in (("holdout", "people were seen"), ("subjects", "people never seen")):
+        both = {m: scores.by_clip(m, group=group) for m in ("ebf", "gaussian_tuned")}
+        common = scores.numbered(list(both.values()))
+        if not common:  # nobody wrote down who moves
+            return None
+        for method, errors in both.items():
+            mean = scores.mean({clip: errors[clip] for clip in common})
+            values[f"{label_of(method)}, {text}"] = mean
     return _bars(evidence, values, "RMS error over all joints, degrees")
 
 

@@ -59,7 +59,7 @@ def _draw_5(evidence: Evidence) -> Drawing:
     ax.set_xticks(range(len(order)), order, rotation=90)
     ax.set_ylim(0, None)
     ax.set(xlabel="motion, in the order of its inputs' distance", ylabel=AXIS)
-    ax.legend()
+    ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, frameon=False)
     return rows, picture
 
 

@@ -104,7 +104,8 @@ def _claims_table(name: str, recipe: str, ebf: str, evidence: Evidence) -> list[
 def _draw_5(evidence: Evidence) -> Drawing:
     picture, (ax,) = new_picture(width=11, height=5)
     # The paper's axis is linear. In ours EBD's error would flatten all other lines.
-    return draw_motions(evidence, named(evidence, COMPARED), NOISE, ax, log=True), picture
+    compared = named(evidence, COMPARED)
+    return draw_motions(evidence, compared, NOISE, ax, every=True, log=True), picture
 
 
 def _claims_5(evidence: Evidence) -> list[Claim]:

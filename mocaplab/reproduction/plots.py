@@ -23,16 +23,21 @@ STYLES = {
     "example_based": ("#CC79A7", "-"),
     "bf": ("#0072B2", "-"),
     "nn": ("#009E73", "-"),
+    "ebf_bias": ("#D55E00", "-"),
+    "ebd_ebf": ("#009E73", "-"),
     "gaussian_tuned": ("#000000", "--"),
     "gaussian_tuned_channel": ("#000000", ":"),
     "wiener": ("#E69F00", "--"),
     "blend": ("#E69F00", ":"),
+    "lowrank": ("#CC79A7", "--"),
+    "gap_gaussian": ("#E69F00", "--"),
 }
 
 
 def style_of(method: str, number: int) -> tuple[str, str]:
     """Return colour and line of a method; others get one by their number."""
-    return STYLES.get(method.rstrip("+"), (PALETTE[number % len(PALETTE)], "-"))
+    name = method.rstrip("+").partition("@")[0]
+    return STYLES.get(name, (PALETTE[number % len(PALETTE)], "-"))
 
 
 def plot_by_motion(

@@ -84,6 +84,7 @@ notebooks: $(BIN)/.dev  ## run the notebooks and store them with their outputs
 
 assignments: $(BIN)/.dev  ## make the editions of the graded assignments, and try the grading
 	$(BIN)/python -m data_tools.assignments
+	$(BIN)/python -m data_tools.student_edition notebooks/assignments/build/course
 
 clean:  ## remove .venv and caches
 	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .hypothesis

@@ -9,8 +9,7 @@ import numpy as np
 
 from mocaplab.bvh import load_bvh, round_changes, save_bvh
 from mocaplab.commands.option_types import add_output, add_seed
-from mocaplab.corruption import corrupt as corrupt_clip
-from mocaplab.corruption import corruption_table, snr_db
+from mocaplab.corruption import corrupt, corruption_table, snr_db
 from mocaplab.euler import motion_continuity
 from mocaplab.files import check_writable
 from mocaplab.measures.by_name import rms_moving_deg
@@ -50,7 +49,7 @@ def run(options: argparse.Namespace) -> None:
     check_writable(options.output)
     check_writable(gaps_file)
     motion = load_bvh(options.file)
-    corrupted = corrupt_clip(motion, options.noise, rng=np.random.default_rng(options.seed))
+    corrupted = corrupt(motion, options.noise, rng=np.random.default_rng(options.seed))
     clean, hidden = corrupted.clean, hidden_share(corrupted.observed)
     held = hold_gaps(corrupted.observed)  # a BVH file cannot say that a number is missing
     sign, offset = motion_continuity(motion)

@@ -8,12 +8,12 @@ import argparse
 def minutes(text: str) -> float:
     """Read a number of minutes above 0."""
     try:
-        minutes = float(text)
+        value = float(text)
     except ValueError:
-        minutes = 0.0
-    if not 0 < minutes < float("inf"):
+        value = 0.0
+    if not 0 < value < float("inf"):
         raise argparse.ArgumentTypeError(f"must be minutes above 0, got {text!r}")
-    return minutes
+    return value
 
 
 def seed(text: str) -> int:
@@ -33,12 +33,12 @@ def count(text: str) -> int:
 def seconds(text: str) -> float:
     """Read a time of 0 seconds or more."""
     try:
-        seconds = float(text)
+        value = float(text)
     except ValueError:
-        seconds = -1.0
-    if not 0 <= seconds < float("inf"):
+        value = -1.0
+    if not 0 <= value < float("inf"):
         raise argparse.ArgumentTypeError(f"must be seconds, 0 or more, got {text!r}")
-    return seconds
+    return value
 
 
 def add_output(parser: argparse.ArgumentParser, metavar: str, text: str) -> None:

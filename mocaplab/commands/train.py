@@ -51,7 +51,7 @@ def run(options: argparse.Namespace) -> None:
     from mocaplab.checkpoints import save_checkpoint
     from mocaplab.cleaning import Cleaner
     from mocaplab.comparison.network_methods import SHAPES, enough_epochs, training_recipe
-    from mocaplab.training import train as train_model
+    from mocaplab.training import train
 
     check_writable(options.output)
     dataset = load_folder(options.folder)
@@ -67,7 +67,7 @@ def run(options: argparse.Namespace) -> None:
     state_path = Path(f"{options.output}.part")
     if state_path.exists():
         print(f"going on from {state_path}")
-    checkpoint = train_model(training.clips, config, shape, state_path=state_path)
+    checkpoint = train(training.clips, config, shape, state_path=state_path)
     save_checkpoint(checkpoint, options.output)
     state_path.unlink()
     print(f"wrote {options.output}")

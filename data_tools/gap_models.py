@@ -32,7 +32,7 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("clips", help="folder of clean BVH files")
     parser.add_argument("-o", "--output", required=True, help="file to write")
     parser.add_argument("--model", choices=("gaussian", "ebd"), default="gaussian")
-    parser.add_argument("--epochs", type=int, default=None, help="of EBD (default: 200)")
+    parser.add_argument("--epochs", type=int, default=None, help="of EBD (default: 700)")
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args(arguments)
     check_writable(options.output)

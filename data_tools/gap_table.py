@@ -4,8 +4,9 @@ python -m data_tools.gap_table CLIPS -o FOLDER
 
 On the clips that the shipped models have not seen: gaps of 1 to 600 frames at 120 frames per
 second, in single channels and in all channels of a joint, without noise and with 0.5 noise. The
-error is counted inside gaps alone. Writes gaps.csv and gaps.png, and prints a table of the means
-over clips with 95 % intervals (bootstrap over clips).
+error is counted inside gaps alone. In each clip gaps and noise are drawn several times, since a
+single gap may lie where it is easy or hard. Writes gaps.csv and gaps.png, and prints a table of the
+means over clips with 95 % intervals (bootstrap over clips).
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import argparse
 import csv
 import io
 from collections.abc import Callable, Sequence
+from itertools import product
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -99,20 +101,24 @@ def cleaners() -> dict[str, tuple[str, Callable[[Motion], Motion]]]:
     }
 
 
-def measure(training: Dataset, test: Dataset, lengths: Sequence[int], seed: int) -> list[Row]:
-    """Run everything on every test clip; a row for each clip, kind, noise, length and pipeline."""
+def measure(
+    training: Dataset, test: Dataset, lengths: Sequence[int], draws: int, seed: int
+) -> list[Row]:
+    """Run everything on every test clip; a row for each clip, case, draw and pipeline."""
     fill, clean = fillers(training), cleaners()
-    cases = [(kind, k, n) for kind in KINDS for k in NOISES for n in lengths]
+    cases = list(product(KINDS, NOISES, lengths, range(draws)))
     rows: list[Row] = []
-    for kind, k, frames in tqdm(cases, desc="gaps", unit="case"):
+    for kind, k, frames, drawn in tqdm(cases, desc="gaps", unit="case"):
         for index, clip in enumerate(test.clips):
-            rng = np.random.default_rng([seed, KINDS.index(kind), round(10 * k), frames, index])
+            case_seed = [seed, KINDS.index(kind), round(10 * k), frames, index, drawn]
+            rng = np.random.default_rng(case_seed)
             mask = draw_gaps(clip, frames, kind, rng=rng)
             if mask is None:
                 continue
             observed = hide(angular_noise(clip, k, rng=rng), mask)
             filled = {name: run(observed) for name, run in fill.items()}
             case: Row = {"clip": clip.name, "gaps": kind, "noise": k, "frames": frames}
+            case["draw"] = drawn
             for name, result in filled.items():
                 rows.append({**case, "pipeline": name, **_score(result, clip, mask)})
             for name, (filler, cleaner) in clean.items() if k else ():
@@ -159,7 +165,12 @@ def print_table(rows: list[Row], lengths: Sequence[int], seed: int) -> None:
 
 
 def _values(rows: list[Row], name: str, frames: int) -> list[float]:
-    return [float(r["rms_deg"]) for r in rows if r["pipeline"] == name and r["frames"] == frames]
+    """Return the error of every clip, the mean over what was drawn in it."""
+    clips: dict[str, list[float]] = {}
+    for r in rows:
+        if r["pipeline"] == name and r["frames"] == frames:
+            clips.setdefault(str(r["clip"]), []).append(float(r["rms_deg"]))
+    return [float(np.mean(errors)) for errors in clips.values()]
 
 
 def _cell(rows: list[Row], name: str, frames: int, seed: int) -> str:
@@ -195,12 +206,13 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("clips", help="folder of clean BVH files")
     parser.add_argument("-o", "--output", required=True, metavar="FOLDER")
     parser.add_argument("--frames", type=int, nargs="+", default=FRAMES, help="lengths of gaps")
+    parser.add_argument("--draws", type=int, default=5, help="of gaps in each clip (default: 5)")
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args(arguments)
     folder = Path(options.output)
     folder.mkdir(parents=True, exist_ok=True)
     training, test = split_holdout(load_folder(options.clips))
-    rows = measure(training, test, options.frames, options.seed)
+    rows = measure(training, test, options.frames, options.draws, options.seed)
     if not rows:
         raise ValueError(f"every test clip is shorter than {min(options.frames)} frames and 10")
     table = io.StringIO()

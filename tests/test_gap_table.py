@@ -55,7 +55,7 @@ def test_table_and_picture(capsys, tmp_path):
         for k in (0.0, 0.5):
             for name, error in (("lines", 2.0), ("EBD", 1.5), (OURS, 1.0)):
                 case = {"gaps": kind, "noise": k, "pipeline": name, "frames": 4}
-                for clip, more in (("a", 0.0), ("b", 1.0)):
+                for clip, more in (("a", -0.5), ("a", 0.5), ("b", 1.0)):
                     row = {**case, "clip": clip, "rms_deg": error + more}
                     rows.append({**row, "within_1": 0.7, "within_2": 0.9})
     print_table(rows, FRAMES[:3], 0)

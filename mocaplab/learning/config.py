@@ -39,5 +39,5 @@ class TrainConfig:
 
 BLEND_TRAINING = TrainConfig(epochs=20, batch_size=24, n_frames=96, margin=8, weight_decay=0.01)
 """How a Blend is trained; it needs fewer epochs, since it has less to learn."""
-EBD_TRAINING = TrainConfig(n_frames=240, gap_probability=0.002)
+EBD_TRAINING = TrainConfig(epochs=700, n_frames=240, gap_probability=0.002)
 """How an EBD is trained to fill gaps; long pieces, so that long gaps have room in them."""

@@ -187,6 +187,8 @@ def test_all_methods_are_all_but_the_networks(capsys):
     assert read_methods("all") == [*METHODS, "oracle"]
     assert "trained for minutes: ebf," in capsys.readouterr().out
     assert read_methods("ebf, noisy,ebf") == ["ebf", "noisy"]
+    assert read_methods("all,ebf") == [*METHODS, "oracle", "ebf"]
+    assert read_methods("ebf@0.5") == ["ebf@angular:0.5"]
 
 
 def test_subjects_are_read_from_the_list(folder):

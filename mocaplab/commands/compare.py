@@ -117,28 +117,36 @@ def read_recipes(text: str) -> list[str]:
 
 
 def read_methods(text: str) -> list[str]:
-    """Read names of methods joined by commas, or "all": all but networks, and the oracle.
+    """Read names of methods joined by commas; "all" is all but networks, and the oracle.
+
+    ``ebf@angular:0.5`` is a network that is trained on that noise alone.
 
     Raises
     ------
     ValueError
         If there is no such method; the message has the nearest names.
     """
-    from mocaplab.comparison.job import ORACLE
+    from mocaplab.comparison.job import ORACLE, spell_recipe
     from mocaplab.comparison.methods import METHODS, NETWORK_LABELS, PIPELINES
 
     networks = [*NETWORK_LABELS, *PIPELINES]
-    if text == "all":
-        print(f"left out, since they are trained for minutes: {', '.join(networks)}")
-        return [*METHODS, ORACLE]
-    names = [name.strip() for name in text.split(",")]
     known = [*METHODS, *networks, ORACLE]
-    for name in names:
-        if name not in known:
+    names: list[str] = []
+    for name in [part.strip() for part in text.split(",")]:
+        network, at, recipe = name.partition("@")
+        if name == "all":
+            names += [*METHODS, ORACLE]
+        elif at and network in networks:
+            names.append(f"{network}@{spell_recipe(recipe)}")
+        elif name in known:
+            names.append(name)
+        else:
             near = ", ".join(get_close_matches(name, known, cutoff=0.0))
             raise ValueError(
                 f"no method {name!r}; the nearest names are {near}; all are {', '.join(known)}"
             )
+    if text == "all":
+        print(f"left out, since they are trained for minutes: {', '.join(networks)}")
     return list(dict.fromkeys(names))
 
 

@@ -68,8 +68,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--methods",
         metavar="NAMES",
         help="names with commas between, or all (default): all but those that train a network, "
-        "which must be named, and oracle, a bound that sees the clean signal; a wrong name shows "
-        "the list",
+        "which must be named (as in all,ebf; or ebf@angular:0.5, trained on that noise alone), and "
+        "oracle, a bound that sees the clean signal; a wrong name shows the list",
     )
     add(
         "--split",
@@ -83,7 +83,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--epochs",
         type=count,
         metavar="N",
-        help="training of networks (default: 200, blend 20)",
+        help="training of networks (default: 200, blend 20, ebd 700)",
     )
     add("--workers", type=count, metavar="N", help="processes (default: one a core)")
     add("--scheduler", metavar="ADDRESS", help="run on a Dask cluster, such as tcp://host:8786")

@@ -24,11 +24,10 @@ from mocaplab.gap_fillers.pose_subspace import (
     PoseSubspace,
     TrainingPoses,
     described_columns,
-    end_correction,
     fit_subspace,
     solve_scores,
-    with_ends,
 )
+from mocaplab.gap_fillers.seams import meet_ends, near_gaps, seam_lengths
 from mocaplab.motion import BoolArray, Corrupted, FloatArray, Motion
 
 STEP_S = 0.1
@@ -70,11 +69,11 @@ class LowRankGaps:
         if len(columns) < 2 or not hidden.any():
             return lines
         subspace = fit_subspace(motion, columns, self.training)
-        predicted = with_ends(hidden)
-        poses = smooth_poses(values, ~predicted, subspace, motion.frame_time)
+        lengths = seam_lengths(values, motion.frame_time)
+        visible = ~near_gaps(hidden, lengths)
+        poses = smooth_poses(values, visible, subspace, motion.frame_time)
         filled = lines.channels.copy()
-        correction = end_correction(values - poses, predicted)
-        filled[:, columns] = np.where(hidden, poses + correction, values)
+        filled[:, columns] = meet_ends(values, poses, lengths, motion.frame_time)
         return motion.with_channels(filled)
 
 

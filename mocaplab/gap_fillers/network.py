@@ -1,8 +1,8 @@
 """Fill gaps with a network: EBD (paper A, section 3).
 
 Gaps are closed by straight lines, the network sees the whole pose, and what it answers inside
-the gaps is taken; everything else stays. A straight line is added to each fill so that it meets
-both ends.
+the gaps is taken; everything else stays. Each fill is shifted to meet both ends of its gap
+(:mod:`mocaplab.gap_fillers.seams`).
 
 What the paper does not have: an expected error. A network says nothing of the kind, so it is
 looked up: how far the network was off in training clips, by the distance to the nearest end.
@@ -20,7 +20,7 @@ import torch
 from mocaplab.checkpoints import Checkpoint, load_checkpoint, shipped_checkpoint
 from mocaplab.gap_fillers.curves import gap_ends, lerp_gaps
 from mocaplab.gap_fillers.filled import Filled, check_observed, lines_std
-from mocaplab.gap_fillers.pose_subspace import end_correction, with_ends
+from mocaplab.gap_fillers.seams import meet_ends, seam_lengths
 from mocaplab.measures.movement import root_angular_velocity
 from mocaplab.motion import FloatArray, Motion, moving_channels
 from mocaplab.networks import EBD
@@ -87,8 +87,8 @@ class NetworkFiller:
         if not hidden.any():
             return Filled(motion.with_channels(channels), std)
         poses = self._recover(motion, channels)[:, columns]
-        met = poses + end_correction(values - poses, with_ends(hidden))
-        channels[:, columns] = np.where(hidden, met, values)
+        lengths = seam_lengths(values, motion.frame_time)
+        channels[:, columns] = meet_ends(values, poses, lengths, motion.frame_time)
         left, right = gap_ends(values)
         frames = np.arange(motion.n_frames)[:, None]
         back = np.where(left == right, np.inf, np.abs(frames - left))

@@ -16,7 +16,7 @@ Marker Intercorrelations", PLOS ONE 11(3): e0152616):
   the scores are the weighted least squares fit to what is seen, with their own variance as a
   prior (ridge regression), so that few visible channels cannot throw the pose far off.
 - Training clips may be added to the frames of the clip itself.
-- Every filled gap is shifted to meet the observed samples at its ends.
+- Every filled gap is shifted to meet its ends (:mod:`mocaplab.gap_fillers.seams`).
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ class PcaGaps:
             return lines
         subspace = fit_subspace(motion, columns, self.training)
         filled = lines.channels.copy()
-        filled[:, columns] = fill_by_pose(motion.channels[:, columns], subspace)
+        filled[:, columns] = fill_by_pose(motion.channels[:, columns], subspace, motion.frame_time)
         return motion.with_channels(filled)
 
 

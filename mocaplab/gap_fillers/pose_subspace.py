@@ -13,6 +13,7 @@ import numpy as np
 
 from mocaplab.euler import make_continuous
 from mocaplab.gap_fillers.curves import lerp_columns
+from mocaplab.gap_fillers.seams import meet_ends, near_gaps, seam_lengths
 from mocaplab.motion import (
     BoolArray,
     Corrupted,
@@ -152,7 +153,7 @@ def fit_subspace(
     for _ in range(MAX_ROUNDS):
         before = filled
         subspace = _components(filled, columns, filled.mean(axis=0))
-        filled = fill_by_pose(values, subspace)
+        filled = fill_by_pose(values, subspace, motion.frame_time)
         if np.abs(filled - before).max() < MIN_STD_DEG:
             break
     return subspace
@@ -179,42 +180,21 @@ def _components(
     return PoseSubspace(columns, mean, loadings, CAUTION * unexplained + MIN_STD_DEG**2)
 
 
-def fill_by_pose(values: FloatArray, subspace: PoseSubspace) -> FloatArray:
+def fill_by_pose(values: FloatArray, subspace: PoseSubspace, frame_time: float) -> FloatArray:
     """Fill the NaN of the columns, shape (T, N), and shift each gap to meet its ends.
 
-    The samples at the ends of a gap are predicted too, as if they were hidden. What the
-    prediction misses there is added to the gap: a straight line from one end to the other.
+    The samples near the ends of a gap are predicted too, as if they were hidden: what the
+    prediction misses there, it is likely to miss inside (:mod:`mocaplab.gap_fillers.seams`).
     """
-    hidden = np.isnan(values)
-    predicted = with_ends(hidden)
+    lengths = seam_lengths(values, frame_time)
+    predicted = near_gaps(np.isnan(values), lengths)
     rows = predicted.any(axis=1)
     poses = np.zeros_like(values)
     poses[rows] = subspace.poses(solve_scores(*subspace.evidence(values[rows], ~predicted[rows])))
-    return np.where(hidden, poses + end_correction(values - poses, predicted), values)
+    return meet_ends(values, poses, lengths, frame_time)
 
 
 def solve_scores(vector: FloatArray, precision: FloatArray) -> FloatArray:
     """Solve for the scores of every frame, (T, K); their variance of 1 is the prior."""
     prior = np.eye(vector.shape[1])
     return np.asarray(np.linalg.solve(precision + prior, vector[:, :, None])[:, :, 0])
-
-
-def with_ends(hidden: BoolArray) -> BoolArray:
-    """Add to every gap the sample before and the sample after it, shape (T, N)."""
-    wider = hidden.copy()
-    wider[1:] |= hidden[:-1]
-    wider[:-1] |= hidden[1:]
-    return wider
-
-
-def end_correction(missed: FloatArray, predicted: BoolArray) -> FloatArray:
-    """Carry what a prediction misses at the ends of gaps into the gaps, by straight lines.
-
-    Parameters
-    ----------
-    missed : array, shape (T, N): observed minus predicted, NaN inside gaps
-    predicted : array, shape (T, N), bool: gaps and the samples at their ends
-    """
-    at_ends = np.where(predicted, missed, np.nan)
-    at_ends[:, np.isnan(at_ends).all(axis=0)] = 0.0
-    return lerp_columns(at_ends)

@@ -6,6 +6,7 @@ import pytest
 from mocaplab.gap_fillers.seams import (
     DRIFT,
     FADE_S,
+    LASTING,
     LONGEST_S,
     end_weight,
     meet_ends,
@@ -26,7 +27,7 @@ def kriged(times_s, misses, wanted_s):
 
 
 @pytest.mark.parametrize("n_hidden", [1, 5, 60, 2000])
-def test_shift_is_that_of_a_gaussian_process(n_hidden):
+def test_shift_is_a_gaussian_process_and_a_line(n_hidden):
     rng = np.random.default_rng(n_hidden)
     predicted = rng.normal(size=(n_hidden + 40, 1))
     values = predicted + rng.normal(size=predicted.shape)
@@ -35,7 +36,9 @@ def test_shift_is_that_of_a_gaussian_process(n_hidden):
     filled = meet_ends(values, predicted, np.array([1]), FRAME_TIME)
     ends = np.array([19, 20 + n_hidden])
     missed = (values - predicted)[ends, 0]
-    expected = kriged(ends * FRAME_TIME, missed, np.arange(20, 20 + n_hidden) * FRAME_TIME)
+    frames = np.arange(20, 20 + n_hidden)
+    fading = kriged(ends * FRAME_TIME, missed, frames * FRAME_TIME)
+    expected = (1 - LASTING) * fading + LASTING * np.interp(frames, ends, missed)
     assert np.allclose(filled[gap, 0] - predicted[gap, 0], expected)
     assert (filled[:20] == values[:20]).all()
 
@@ -44,15 +47,17 @@ def test_gap_at_the_end_of_a_clip_fades_from_its_one_end():
     values = np.full((100, 2), 3.0)
     values[:40, 0] = values[60:, 1] = np.nan
     filled = meet_ends(values, np.zeros((100, 2)), np.array([1, 1]), FRAME_TIME)
-    distance_s = np.arange(1, 41) * FRAME_TIME
-    assert np.allclose(filled[:40, 0][::-1], 3.0 * np.exp(-distance_s / FADE_S))
-    assert np.allclose(filled[60:, 1], 3.0 * np.exp(-distance_s / FADE_S))
+    fade = np.exp(-np.arange(1, 41) * FRAME_TIME / FADE_S)
+    expected = 3.0 * ((1 - LASTING) * fade + LASTING)
+    assert np.allclose(filled[:40, 0][::-1], expected)
+    assert np.allclose(filled[60:, 1], expected)
 
 
 def test_weights_of_two_ends():
     short = end_weight(np.array([0.001]), np.array([0.003]))
     assert np.allclose(short, 0.75, atol=1e-4)  # a straight line
-    assert end_weight(np.array([1e4]), np.array([1e4])) == 0.0
+    assert end_weight(np.array([1e4]), np.array([1e4])) == LASTING / 2
+    assert end_weight(np.array([np.inf]), np.array([0.1])) == 0.0
 
 
 def test_miss_is_the_mean_over_what_is_seen():

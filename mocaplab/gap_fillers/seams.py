@@ -5,7 +5,7 @@ is likely to be off inside too. What it misses at the ends is carried into the g
 further inside. With noise the last sample before a gap is itself off, so the miss is averaged over
 some frames.
 
-Both constants were chosen on training clips of CMU: gaps of 15 to 120 frames in single channels
+The constants were chosen on training clips of CMU: gaps of 15 to 600 frames in single channels
 and whole joints, without noise and with 0.5 noise, filled by EBD, PCA and low rank.
 """
 
@@ -18,7 +18,9 @@ from mocaplab.gap_fillers.curves import gap_ends
 from mocaplab.motion import BoolArray, FloatArray, IntArray
 
 FADE_S = 0.15
-"""Misses so many seconds apart have a correlation of 1 / e."""
+"""Misses so many seconds apart have a correlation of 1 / e, but for the share that lasts."""
+LASTING = 0.25
+"""This share of a miss does not fade: the level of a channel is not that of the rest of the clip."""
 DRIFT = 1.5
 """A miss changes so much in a second, as a share of its channel's deviation."""
 LONGEST_S = 0.1
@@ -85,13 +87,15 @@ def meet_ends(
 def end_weight(near_s: FloatArray, far_s: FloatArray) -> FloatArray:
     """Return how much the miss at an end near_s away counts, when the other is far_s away.
 
-    It is sinh(far) / sinh(near + far) in units of ``FADE_S``: what kriging gives to the two ends
-    if misses are correlated as exp(-distance). Across a short gap it is a straight line, in a
-    long one an exponential fade.
+    What fades has the weight sinh(far) / sinh(near + far) in units of ``FADE_S``: what kriging
+    gives to two ends if misses are correlated as exp(-distance). What lasts has that of a straight
+    line from end to end, far / (near + far), the same with a fade that is infinitely slow.
     """
+    # In exponents that cannot overflow. An end that is infinitely far counts nothing.
     near, far = near_s / FADE_S, far_s / FADE_S
-    # The same in exponents that cannot overflow.
-    return np.asarray(np.exp(-near) * np.expm1(-2 * far) / np.expm1(-2 * (near + far)))
+    fading = np.exp(-near) * np.expm1(-2 * far) / np.expm1(-2 * (near + far))
+    line = 1.0 / (1.0 + near_s / np.minimum(far_s, 1e9))
+    return np.asarray((1.0 - LASTING) * fading + LASTING * line)
 
 
 def _means(x: FloatArray, seen: BoolArray, first: IntArray, last: IntArray) -> FloatArray:

@@ -20,7 +20,7 @@ from mocaplab.motion import BoolArray, FloatArray, IntArray
 FADE_S = 0.15
 """Misses so many seconds apart have a correlation of 1 / e, but for the share that lasts."""
 LASTING = 0.25
-"""This share of a miss does not fade: the level of a channel is not that of the rest of the clip."""
+"""This share of a miss does not fade, since the level of a channel may drift within a clip."""
 DRIFT = 1.5
 """A miss changes so much in a second, as a share of its channel's deviation."""
 LONGEST_S = 0.1

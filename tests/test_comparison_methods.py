@@ -73,11 +73,13 @@ def test_methods_clean_a_clip_they_were_not_fitted_on(name, fitted, embedded):
         assert errors[0] <= errors[1]
 
 
-def test_what_fills_gaps_by_other_joints_beats_lines_in_a_long_gap(fitted, embedded):
+def test_what_fills_gaps_by_other_joints_beats_lines_in_long_gaps(fitted, embedded):
     motion = embedded[TRAINING[0]].slice_frames(0, 90)
-    clip = corrupt(motion, "long_gaps:0.4", rng=np.random.default_rng(0))
+    clips = [corrupt(motion, "long_gaps:0.4", rng=np.random.default_rng(seed)) for seed in range(5)]
     error = {
-        name: gap_rms_deg(fitted[name].denoise(clip.observed, clip.mask), clip.clean, clip.mask)
+        name: np.mean(
+            [gap_rms_deg(fitted[name].denoise(c.observed, c.mask), c.clean, c.mask) for c in clips]
+        )
         for name in ("noisy", "pchip", "spline", "pca", "lowrank")
     }
     assert len(set(error.values())) == len(error)  # each fills in its own way

@@ -23,6 +23,7 @@ import numpy as np
 from tqdm.auto import tqdm
 
 from mocaplab.cleaning import Cleaner
+from mocaplab.commands.option_types import count
 from mocaplab.comparison.bootstrap import mean_intervals
 from mocaplab.datasets import Dataset, load_folder, split_holdout
 from mocaplab.files import write_atomically
@@ -206,7 +207,7 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("clips", help="folder of clean BVH files")
     parser.add_argument("-o", "--output", required=True, metavar="FOLDER")
     parser.add_argument("--frames", type=int, nargs="+", default=FRAMES, help="lengths of gaps")
-    parser.add_argument("--draws", type=int, default=5, help="of gaps in each clip (default: 5)")
+    parser.add_argument("--draws", type=count, default=5, help="of gaps in each clip (default: 5)")
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args(arguments)
     folder = Path(options.output)

@@ -5,7 +5,7 @@ Letters in shapes: B clips in a batch, T frames, C channels.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 import torch
@@ -27,7 +27,8 @@ def adaptive_gaussian(x: Tensor, sigma: Tensor, radius: int = 15) -> Tensor:
     """
     # A few clips at a time, so that all that is at work stays in the processor's cache.
     parts = zip(torch.split(x, 4), torch.split(sigma, 4), strict=True)
-    return torch.cat([_apply(part, widths, radius) for part, widths in parts])
+    smooth = [AdaptiveGaussian.apply(*part, radius) for part in parts]  # type: ignore[no-untyped-call]
+    return torch.cat(smooth)
 
 
 def free_filter(x: Tensor, scores: Tensor) -> Tensor:
@@ -104,9 +105,6 @@ class AdaptiveGaussian(torch.autograd.Function):
                 grad_x[:, d:] += here[:, :-d]
                 grad_x[:, :-d] += here[:, d:]
         return grad_x, grad * slope, None
-
-
-_apply: Callable[[Tensor, Tensor, int], Tensor] = AdaptiveGaussian.apply
 
 
 def _weights(sigma: Tensor, radius: int) -> Iterator[tuple[int, Tensor, Tensor]]:

@@ -38,7 +38,7 @@ def standardize(channels: ArrayLike, mean: ArrayLike, std: ArrayLike) -> FloatAr
 
     Parameters
     ----------
-    channels : array, shape (..., C), degrees
+    channels : array, shape (..., C), degrees, finite
     mean, std : array broadcastable to it, degrees; of the whole observed clip
 
     Returns

@@ -83,7 +83,7 @@ def test_what_fills_gaps_by_other_joints_beats_lines_in_long_gaps(fitted, embedd
         for name in ("noisy", "pchip", "spline", "pca", "lowrank")
     }
     assert len(set(error.values())) == len(error)  # each fills in its own way
-    assert max(error["pca"], error["lowrank"]) < error["noisy"]
+    assert max(error["pca"], error["lowrank"]) < 0.5 * error["noisy"]
 
 
 @EVERY_METHOD

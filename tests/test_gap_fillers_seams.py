@@ -94,7 +94,7 @@ def test_near_gaps():
 
 
 def test_mean_over_a_seam_beats_its_last_sample():
-    """With noise; the prediction is right but for an offset, and so is the fill."""
+    """With noise, and a prediction that is off by the same everywhere."""
     rng = np.random.default_rng(1)
     clean = np.cumsum(rng.normal(size=(400, 50)), axis=0)
     noisy = clean + 5.0 * rng.normal(size=clean.shape)

@@ -25,6 +25,9 @@ from mocaplab.gap_fillers.network import with_gap_errors
 from mocaplab.motion import Corrupted, Motion
 from mocaplab.training import train
 
+ROUNDS = 30
+"""So often are gaps drawn in every clip on which expected errors are measured."""
+
 
 def main(arguments: list[str] | None = None) -> None:
     """Fit or train a gap filler and write it."""
@@ -52,9 +55,15 @@ def fit_to_motions(clips: Sequence[Motion]) -> GaussianFiller:
 
 
 def _train_ebd(training: Dataset, epochs: int | None, seed: int, path: str) -> None:
-    checkpoint = train(training.clips, training_recipe("ebd", epochs, seed), SHAPES["ebd"])
+    recipe = training_recipe("ebd", epochs, seed)
+    checkpoint = train(training.clips, recipe, SHAPES["ebd"])
+    # Its expected errors are those of a twin, on clips that the twin has not seen.
+    most, rest = split_holdout(training, seed=seed)
+    twin = train(most.clips, recipe, SHAPES["ebd"])
     rng = np.random.default_rng(seed)
-    save_checkpoint(with_gap_errors(checkpoint, training.clips, rng=rng), path)
+    measured = with_gap_errors(twin, [*rest.clips] * ROUNDS, rng=rng).info["gap_errors"]
+    info = {**checkpoint.info, "gap_errors": measured}
+    save_checkpoint(replace(checkpoint, info=info), path)
 
 
 if __name__ == "__main__":

@@ -20,9 +20,10 @@ import torch
 from mocaplab.checkpoints import Checkpoint, load_checkpoint, shipped_checkpoint
 from mocaplab.gap_fillers.curves import gap_ends, lerp_gaps
 from mocaplab.gap_fillers.filled import Filled, check_observed, lines_std
+from mocaplab.gap_fillers.pose_channels import pose_channels
 from mocaplab.gap_fillers.seams import meet_ends, seam_lengths
 from mocaplab.measures.movement import root_angular_velocity
-from mocaplab.motion import FloatArray, Motion, moving_channels
+from mocaplab.motion import FloatArray, Motion
 from mocaplab.networks import EBD
 from mocaplab.noise.angular import angular_noise
 from mocaplab.noise.gaps import hide, long_gap_mask
@@ -37,8 +38,8 @@ MEASURED_GAPS_S = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0)
 class NetworkFiller:
     """Fill gaps with an EBD.
 
-    Channels that the network does not know, and those that do not move, are filled by straight
-    lines.
+    Channels that the network does not know, and those that the pose says nothing about
+    (:func:`mocaplab.gap_fillers.pose_channels.pose_channels`), are filled by straight lines.
 
     Parameters
     ----------
@@ -81,7 +82,7 @@ class NetworkFiller:
         check_observed(motion)
         self.checkpoint.require(motion.skeleton, motion.frame_time, motion.name)
         channels, std = lerp_gaps(motion).channels.copy(), lines_std(motion).copy()
-        columns = self.checkpoint.columns(motion.skeleton) & moving_channels(motion)
+        columns = self.checkpoint.columns(motion.skeleton) & pose_channels(motion)
         values = motion.channels[:, columns]
         hidden = np.isnan(values)
         if not hidden.any():
@@ -146,7 +147,7 @@ def with_gap_errors(
             mask = long_gap_mask(clip, seconds, rng=rng)
             noisy = angular_noise(clip, float(rng.choice([0.0, 0.5])), rng=rng)
             filled = filler.fill(hide(noisy, mask)).motion
-            counted = ~mask & moving_channels(clip)
+            counted = ~mask & pose_channels(clip)
             error = filled.channels - clip.channels
             power = np.broadcast_to(clip.channels.var(axis=0), error.shape)
             left, right = gap_ends(np.where(mask, 0.0, np.nan))

@@ -18,7 +18,7 @@ from mocaplab.corruption import parse_recipe
 from mocaplab.datasets import clip_digest
 from mocaplab.filters import Denoiser, GapFiller
 from mocaplab.gap_fillers.network import NetworkFiller, with_gap_errors
-from mocaplab.learning.config import BLEND_TRAINING, EBD_TRAINING, TrainConfig
+from mocaplab.learning.config import BLEND_TRAINING, EBD_TRAINING, EBF_TRAINING, TrainConfig
 from mocaplab.motion import Motion
 from mocaplab.networks import EBDConfig, EBFConfig, NNConfig
 from mocaplab.training import train
@@ -42,7 +42,7 @@ LEAST_FRAMES_SEEN = 200_000
 
 def training_recipe(name: str, epochs: int | None, seed: int = 0) -> TrainConfig:
     """Return how a network of this name is trained; without epochs, for its usual number."""
-    config = {"blend": BLEND_TRAINING, "ebd": EBD_TRAINING}.get(name, TrainConfig())
+    config = {"blend": BLEND_TRAINING, "ebd": EBD_TRAINING}.get(name, EBF_TRAINING)
     return replace(config, seed=seed, epochs=epochs or config.epochs)
 
 

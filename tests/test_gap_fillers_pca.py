@@ -7,8 +7,7 @@ from mocaplab.filters import filter_motion
 from mocaplab.gap_fillers.curves import GapWarning, lerp_gaps
 from mocaplab.gap_fillers.lowrank import fit_lowrank_gaps, lowrank_gaps
 from mocaplab.gap_fillers.pca import fit_pca_gaps, pca_gaps
-from mocaplab.gap_fillers.pose_channels import pose_channels
-from mocaplab.gap_fillers.pose_subspace import TrainingPoses, fit_subspace
+from mocaplab.gap_fillers.pose_subspace import TrainingPoses, described_columns, fit_subspace
 from mocaplab.motion import Corrupted, moving_channels
 
 OWN = [pca_gaps, lowrank_gaps]
@@ -79,7 +78,7 @@ def test_own_clip_without_a_complete_frame_fits_and_fills_in_turns(walk):
 def test_scores_equal_the_mean_of_a_gaussian_given_what_is_visible(walk):
     """The textbook formula, with the dense covariance of all channels."""
     clean = low_rank(walk, rank=30)
-    columns = np.flatnonzero(pose_channels(clean))
+    columns = described_columns(clean)
     space = fit_subspace(clean, columns)
     hidden = np.zeros(len(columns), dtype=bool)
     hidden[[3, 10, 11]] = True

@@ -51,7 +51,6 @@ LAYERS = [
         "exercises.answers",
         "findings",
         "gap_fillers.curves",
-        "gap_fillers.pose_channels",
         "live.mixer",
         "live.statistics",
         "normalization",

@@ -15,8 +15,8 @@ from mocaplab.motion import BoolArray
 PIECE_S = 20.0
 """Length of a piece without its context, seconds."""
 CONTEXT_S = 3.0
-"""Context on each side, seconds: Blend's widest filter reaches 0.73 s, and is used twice; the LSTM of
-EBF remembers for longer."""
+"""Context on each side, seconds: Blend's widest filter reaches 0.73 s, and is used twice; the LSTM
+of EBF remembers for longer."""
 GAP_CONTEXT_S = 10.0
 """How much further the context may reach, to where nothing is hidden."""
 

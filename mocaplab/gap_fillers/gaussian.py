@@ -25,6 +25,7 @@ from mocaplab.gap_fillers.conditional_gaussian import PoseWindows, Scaled
 from mocaplab.gap_fillers.curves import lerp_gaps
 from mocaplab.gap_fillers.filled import Filled, check_observed, lines_std, lines_variance
 from mocaplab.gap_fillers.kriging import Smoothness, krige, relative_increments, runs, variances
+from mocaplab.gap_fillers.seams import meet_ends, seam_lengths, turns_round
 from mocaplab.motion import FloatArray, Motion
 
 REACH_S = 0.25
@@ -39,8 +40,8 @@ TREMBLING = 0.2
 class GaussianFiller:
     """Fill gaps; made by :func:`mocaplab.gap_fillers.gaussian_fit.fit_gaussian_filler`.
 
-    Channels that do not move, and the root, are filled by straight lines, and so are clips
-    in which less than two channels move.
+    Channels that do not move or turn round, and the root, are filled by straight lines, and so are
+    clips in which less than two channels move.
 
     Parameters
     ----------
@@ -83,7 +84,17 @@ class GaussianFiller:
             return lines
         clip = self._look(scaled, lines, motion.frame_time)
         channels, std = lines.motion.channels.copy(), lines.std_deg.copy()
+        turning = turns_round(motion.channels[:, scaled.columns])
+        values = motion.channels[:, scaled.columns[turning]]
+        channels[:, scaled.columns[turning]] = meet_ends(
+            values,
+            np.zeros_like(values),
+            seam_lengths(values, motion.frame_time),
+            motion.frame_time,
+        )
         for i, column in enumerate(scaled.columns):
+            if turning[i]:
+                continue
             for start, stop in runs(hidden[:, i]):
                 value, variance = clip.fill_gap(i, start, stop)
                 channels[start:stop, column] = value * scaled.std[i] + scaled.mean[i]

@@ -20,10 +20,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from mocaplab.gap_fillers.curves import lerp_columns, lerp_gaps
-from mocaplab.gap_fillers.pose_channels import pose_channels
 from mocaplab.gap_fillers.pose_subspace import (
     PoseSubspace,
     TrainingPoses,
+    described_columns,
     fit_subspace,
     solve_scores,
 )
@@ -63,7 +63,7 @@ class LowRankGaps:
             If a channel was never observed; it is left at rest.
         """
         lines = lerp_gaps(motion)
-        columns = np.flatnonzero(pose_channels(motion))
+        columns = described_columns(motion)
         values = motion.channels[:, columns]
         hidden = np.isnan(values)
         if len(columns) < 2 or not hidden.any():

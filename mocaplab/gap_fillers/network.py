@@ -20,10 +20,9 @@ import torch
 from mocaplab.checkpoints import Checkpoint, load_checkpoint, shipped_checkpoint
 from mocaplab.gap_fillers.curves import gap_ends, lerp_gaps
 from mocaplab.gap_fillers.filled import Filled, check_observed, lines_std
-from mocaplab.gap_fillers.pose_channels import pose_channels
-from mocaplab.gap_fillers.seams import meet_ends, seam_lengths
+from mocaplab.gap_fillers.seams import meet_ends, seam_lengths, turns_round
 from mocaplab.measures.movement import root_angular_velocity
-from mocaplab.motion import FloatArray, Motion
+from mocaplab.motion import FloatArray, Motion, moving_channels
 from mocaplab.networks import EBD
 from mocaplab.noise.angular import angular_noise
 from mocaplab.noise.gaps import hide, long_gap_mask
@@ -38,8 +37,8 @@ MEASURED_GAPS_S = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0)
 class NetworkFiller:
     """Fill gaps with an EBD.
 
-    Channels that the network does not know, and those that the pose says nothing about
-    (:func:`mocaplab.gap_fillers.pose_channels.pose_channels`), are filled by straight lines.
+    Channels that the network does not know, those that do not move, and those that turn round
+    (:func:`mocaplab.gap_fillers.seams.turns_round`) are filled by straight lines.
 
     Parameters
     ----------
@@ -82,7 +81,7 @@ class NetworkFiller:
         check_observed(motion)
         self.checkpoint.require(motion.skeleton, motion.frame_time, motion.name)
         channels, std = lerp_gaps(motion).channels.copy(), lines_std(motion).copy()
-        columns = self.checkpoint.columns(motion.skeleton) & pose_channels(motion)
+        columns = self.checkpoint.columns(motion.skeleton) & moving_channels(motion)
         values = motion.channels[:, columns]
         hidden = np.isnan(values)
         if not hidden.any():
@@ -95,7 +94,8 @@ class NetworkFiller:
         back = np.where(left == right, np.inf, np.abs(frames - left))
         nearest = np.minimum(np.abs(frames - right), back) * motion.frame_time
         share = np.interp(nearest, DISTANCES_S, self.errors)
-        std[:, columns] = np.where(hidden, share * np.nanstd(values, axis=0), 0.0)
+        by_pose = hidden & ~turns_round(values)
+        std[:, columns] = np.where(by_pose, share * np.nanstd(values, axis=0), std[:, columns])
         return Filled(motion.with_channels(channels), std)
 
     def __call__(self, motion: Motion) -> Motion:
@@ -147,7 +147,9 @@ def with_gap_errors(
             mask = long_gap_mask(clip, seconds, rng=rng)
             noisy = angular_noise(clip, float(rng.choice([0.0, 0.5])), rng=rng)
             filled = filler.fill(hide(noisy, mask)).motion
-            counted = ~mask & pose_channels(clip)
+            predicted = moving_channels(clip)
+            predicted[predicted] = ~turns_round(clip.channels[:, predicted])
+            counted = ~mask & predicted
             error = filled.channels - clip.channels
             power = np.broadcast_to(clip.channels.var(axis=0), error.shape)
             left, right = gap_ends(np.where(mask, 0.0, np.nan))

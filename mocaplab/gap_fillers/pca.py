@@ -26,9 +26,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from mocaplab.gap_fillers.curves import lerp_gaps
-from mocaplab.gap_fillers.pose_channels import pose_channels
 from mocaplab.gap_fillers.pose_subspace import (
     TrainingPoses,
+    described_columns,
     fill_by_pose,
     fit_subspace,
 )
@@ -67,7 +67,7 @@ class PcaGaps:
             If a channel was never observed; it is left at rest.
         """
         lines = lerp_gaps(motion)
-        columns = np.flatnonzero(pose_channels(motion))
+        columns = described_columns(motion)
         if len(columns) < 2 or not np.isnan(motion.channels[:, columns]).any():
             return lines
         subspace = fit_subspace(motion, columns, self.training)

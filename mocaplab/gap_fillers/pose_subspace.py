@@ -21,6 +21,7 @@ from mocaplab.motion import (
     IntArray,
     Motion,
     Skeleton,
+    moving_channels,
 )
 
 N_COMPONENTS = 20
@@ -106,6 +107,11 @@ class TrainingPoses:
         poses = [make_continuous(clip.clean).channels for clip in clips]
         centred = np.concatenate([pose - pose.mean(axis=0) for pose in poses])
         return cls(skeleton, centred.T @ centred / len(centred))
+
+
+def described_columns(motion: Motion) -> IntArray:
+    """List the channels that the components describe: those that are seen to move."""
+    return np.flatnonzero(moving_channels(motion)).astype(np.int64)
 
 
 def fit_subspace(

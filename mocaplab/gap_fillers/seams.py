@@ -5,6 +5,10 @@ is likely to be off inside too. What it misses at the ends is carried into the g
 further inside. With noise the last sample before a gap is itself off, so the miss is averaged over
 some frames.
 
+A channel that turns round, as the thumb of many a capture does, is not predicted at all: its angle
+climbs by 360 degrees and more, and no pose tells how many turns it has made. A straight line from
+end to end knows more.
+
 The constants were chosen on training clips of CMU: gaps of 15 to 600 frames in single channels
 and whole joints, without noise and with 0.5 noise, filled by EBD, PCA and low rank.
 """
@@ -25,6 +29,20 @@ DRIFT = 1.5
 """A miss changes so much in a second, as a share of its channel's deviation."""
 LONGEST_S = 0.1
 """A miss is averaged over this time at most."""
+WIDEST_DEG = 270.0
+"""No joint of a body turns so far. An angle that does has been counted in whole turns."""
+
+
+def turns_round(values: FloatArray) -> BoolArray:
+    """Tell which channels turn all the way round, so that the pose does not tell where they are.
+
+    Parameters
+    ----------
+    values : array, shape (T, N), degrees, continuous; NaN inside gaps, no column without any sample
+    """
+    # Without the outer tenth of the samples, so that noise and spikes do not count as turns.
+    ranges = [np.ptp(np.nanpercentile(column, [5, 95])) for column in values.T]
+    return np.array(ranges) > WIDEST_DEG
 
 
 def seam_lengths(values: FloatArray, frame_time: float) -> IntArray:
@@ -64,6 +82,8 @@ def meet_ends(
 ) -> FloatArray:
     """Fill the NaN of the columns with a prediction, shifted to meet the ends of gaps.
 
+    Channels that turn round are filled by straight lines between the ends, averaged alike.
+
     Parameters
     ----------
     values : array, shape (T, N), degrees; NaN inside gaps, no column without any sample
@@ -72,6 +92,9 @@ def meet_ends(
     frame_time : float, seconds
     """
     hidden = np.isnan(values)
+    turning = turns_round(values)
+    predicted = np.where(turning, 0.0, predicted)  # then the whole value is missed
+    lasting = np.where(turning, 1.0, LASTING)
     missed = np.where(hidden, 0.0, values - predicted)
     left, right = gap_ends(values)
     frames = np.arange(len(values))[:, None]
@@ -80,11 +103,13 @@ def meet_ends(
     ahead = np.where(right > frames, right - frames, np.inf) * frame_time
     before = _means(missed, ~hidden, np.maximum(left - lengths + 1, 0), left + 1)
     after = _means(missed, ~hidden, right, np.minimum(right + lengths, len(values)))
-    shift = end_weight(back, ahead) * before + end_weight(ahead, back) * after
+    shift = end_weight(back, ahead, lasting) * before + end_weight(ahead, back, lasting) * after
     return np.where(hidden, predicted + shift, values)
 
 
-def end_weight(near_s: FloatArray, far_s: FloatArray) -> FloatArray:
+def end_weight(
+    near_s: FloatArray, far_s: FloatArray, lasting: FloatArray | float = LASTING
+) -> FloatArray:
     """Return how much the miss at an end near_s away counts, when the other is far_s away.
 
     What fades has the weight sinh(far) / sinh(near + far) in units of ``FADE_S``: what kriging
@@ -95,7 +120,7 @@ def end_weight(near_s: FloatArray, far_s: FloatArray) -> FloatArray:
     near, far = near_s / FADE_S, far_s / FADE_S
     fading = np.exp(-near) * np.expm1(-2 * far) / np.expm1(-2 * (near + far))
     line = 1.0 / (1.0 + near_s / np.minimum(far_s, 1e9))
-    return np.asarray((1.0 - LASTING) * fading + LASTING * line)
+    return np.asarray((1.0 - lasting) * fading + lasting * line)
 
 
 def _means(x: FloatArray, seen: BoolArray, first: IntArray, last: IntArray) -> FloatArray:

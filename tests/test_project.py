@@ -112,6 +112,7 @@ LAYERS = [
         "plotting",
         "skeletons.retargeting",
         "smoothers",
+        "stein",
         "streaming",
         "two_sources.model_files",
         "two_sources.noise",

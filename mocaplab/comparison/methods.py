@@ -22,6 +22,7 @@ from mocaplab.smoothers import (
     fit_one_euro,
     fit_savgol,
 )
+from mocaplab.stein import SelfTunedGaussian
 from mocaplab.tuning import tune_gaussian
 
 Fit = Callable[[Sequence[Corrupted]], Denoiser]
@@ -103,6 +104,7 @@ METHODS: dict[str, Method] = {
             "Gaussian tuned per channel",
             lambda clips: GaussianDenoiser(tune_gaussian(clips)[1]),
         ),
+        Method("gaussian_self", "Gaussian self-tuned per channel", _untuned(SelfTunedGaussian())),
         Method("savgol", "Savitzky-Golay", fit_savgol),
         Method("butterworth", "Butterworth tuned", fit_butterworth),
         Method(

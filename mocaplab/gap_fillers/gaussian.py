@@ -40,8 +40,8 @@ TREMBLING = 0.2
 class GaussianFiller:
     """Fill gaps; made by :func:`mocaplab.gap_fillers.gaussian_fit.fit_gaussian_filler`.
 
-    Channels that do not move or turn round, and the root, are filled by straight lines, and so are
-    clips in which less than two channels move.
+    Channels that do not move, those that turn round, and the root are filled by straight lines, and
+    so are clips in which less than two channels move.
 
     Parameters
     ----------

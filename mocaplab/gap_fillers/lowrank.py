@@ -37,8 +37,9 @@ STEP_S = 0.1
 class LowRankGaps:
     """Fill gaps by Kalman smoothing of the pose's scores; a ``fill(motion) -> Motion``.
 
-    Channels that do not move, and the root, are filled by straight lines; so is everything in a
-    clip where less than two channels move. Memory is about 20 kB a frame.
+    Channels that do not move, those that turn round
+    (:func:`mocaplab.gap_fillers.seams.turns_round`), and the root are filled by straight lines; so
+    is everything in a clip where less than two channels move. Memory is about 20 kB a frame.
 
     Parameters
     ----------

@@ -39,8 +39,9 @@ class PcaGaps:
     """Fill gaps from the other channels of the same frame; a ``fill(motion) -> Motion``.
 
     The components come from the clip's own frames without gaps, and from training clips if
-    it was fitted to some (:func:`fit_pca_gaps`). Channels that do not move, and the root, are
-    filled by straight lines; so is everything in a clip where less than two channels move.
+    it was fitted to some (:func:`fit_pca_gaps`). Channels that do not move, those that turn round
+    (:func:`mocaplab.gap_fillers.seams.turns_round`), and the root are filled by straight lines; so
+    is everything in a clip where less than two channels move.
 
     The mean pose is that of the clip, not of the training clips: people stand differently.
 

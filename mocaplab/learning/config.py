@@ -39,7 +39,7 @@ class TrainConfig:
 
 EBF_TRAINING = TrainConfig(learning_rate=1.5e-3)
 """How an EBF is trained. At 3e-3, which is good for a few epochs, the tanh layers before the filter
-saturated in two trainings of eight, which learnt nothing from then on."""
+saturated in two trainings of eight, which learnt hardly anything from then on."""
 BLEND_TRAINING = TrainConfig(epochs=20, batch_size=24, n_frames=96, margin=8, weight_decay=0.01)
 """How a Blend is trained; it needs fewer epochs, since it has less to learn."""
 EBD_TRAINING = TrainConfig(epochs=700, n_frames=240, gap_probability=0.002)

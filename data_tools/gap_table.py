@@ -141,12 +141,14 @@ def _score(result: Motion | Filled, clip: Motion, mask: BoolArray) -> Row:
 
 def print_table(rows: list[Row], lengths: Sequence[int], seed: int) -> None:
     """Print means over clips of the RMS error inside gaps, and the coverage."""
-    for kind in KINDS:
+    for kinds in (*((kind,) for kind in KINDS), KINDS):
         for k in NOISES:
-            here = [row for row in rows if row["gaps"] == kind and row["noise"] == k]
+            here = [row for row in rows if row["gaps"] in kinds and row["noise"] == k]
             if not here:
                 continue
-            print(f"\nGaps in {kind}, {k:g} noise: RMS inside gaps, degrees (95 % interval)\n")
+            print(
+                f"\nGaps in {' and '.join(kinds)}, {k:g} noise: RMS inside gaps, degrees (95 % interval)\n"
+            )
             names = list(dict.fromkeys(str(row["pipeline"]) for row in here))
             print(f"| {'frames':29s} |" + "".join(f"{n:>20d} |" for n in lengths))
             print(f"|{'-' * 31}|" + f"{'-' * 20}:|" * len(lengths))

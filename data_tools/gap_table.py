@@ -146,9 +146,8 @@ def print_table(rows: list[Row], lengths: Sequence[int], seed: int) -> None:
             here = [row for row in rows if row["gaps"] in kinds and row["noise"] == k]
             if not here:
                 continue
-            print(
-                f"\nGaps in {' and '.join(kinds)}, {k:g} noise: RMS inside gaps, degrees (95 % interval)\n"
-            )
+            print(f"\nGaps in {' and '.join(kinds)}, {k:g} noise:", end=" ")
+            print("RMS inside gaps, degrees (95 % interval)\n")
             names = list(dict.fromkeys(str(row["pipeline"]) for row in here))
             print(f"| {'frames':29s} |" + "".join(f"{n:>20d} |" for n in lengths))
             print(f"|{'-' * 31}|" + f"{'-' * 20}:|" * len(lengths))

@@ -101,3 +101,56 @@ def test_gaps_of_every_second_piece_are_those_of_whole_joints(walk):
         of_joint = batch.counted[..., moving & (joint == number)]
         together.append((of_joint.all(axis=-1) == of_joint.any(axis=-1)).all(axis=1))
     assert np.all(together, axis=0).tolist() == [True, False, True, False]
+
+
+def test_joints_jump_for_a_while(walk):
+    windows = Windows([walk], 100, 10)
+    still, jumping = (
+        next(windows.batches(64, (0.0, 0.0), jump_probability=p, rng=np.random.default_rng(0)))
+        for p in (0.0, 0.2)
+    )
+    moving = moving_channels(walk)
+    jump = jumping.clean - still.clean  # (B, T, C)
+    np.testing.assert_array_equal(jump[..., ~moving], 0)
+    scale = still.std[0, 0]
+    size = np.abs(jump).max(axis=1)  # (B, C)
+    happened = size > 0
+    assert 0.1 < happened[:, moving].mean() < 0.3
+    times = (size / np.where(moving, scale, 1))[happened]
+    assert times.min() >= 1 - 1e-9
+    assert times.max() <= 20 + 1e-9
+    # It lasts for one run of frames, the same for all that jump in a piece.
+    for of_piece, channels in zip(jump, happened, strict=True):
+        inside = np.abs(of_piece[:, channels]) > 0
+        assert (inside == inside[:, :1]).all()
+        assert (np.diff(inside[:, :1].astype(int), axis=0) != 0).sum() <= 2
+        level = np.abs(of_piece[:, channels]).max(axis=0, initial=0.0)
+        np.testing.assert_allclose(np.abs(of_piece[:, channels]), inside * level, rtol=1e-9)
+
+
+def test_after_a_jump_mean_and_deviation_are_those_of_the_clip_with_it(walk):
+    """Of a clip that spends a share s of its time a step A away, and the rest as before."""
+    windows = Windows([walk], 100, 10)
+    still, jumping = (
+        next(windows.batches(64, (0.5, 0.5), jump_probability=p, rng=np.random.default_rng(0)))
+        for p in (0.0, 0.2)
+    )
+    step = (jumping.clean - still.clean).sum(axis=1) / np.maximum(
+        (jumping.clean != still.clean).sum(axis=1), 1
+    )
+    happened = step != 0
+    shift = (jumping.mean - still.mean)[:, 0]
+    share = shift[happened] / step[happened]
+    assert share.min() >= 0.01 - 1e-9
+    assert share.max() <= 0.5 + 1e-9
+    noisy = 1 + 0.5**2
+    variance = (still.std[:, 0] ** 2 / noisy)[happened]
+    # The variance within the two levels, and that between them.
+    levels = np.stack([np.zeros_like(share), step[happened]])
+    weights = np.stack([1 - share, share])
+    between = (weights * (levels - (weights * levels).sum(axis=0)) ** 2).sum(axis=0)
+    np.testing.assert_allclose((jumping.std[:, 0] ** 2)[happened] / noisy, variance + between)
+    # The noise grows with the deviation.
+    noise = (jumping.observed - jumping.clean).std(axis=1)[happened]
+    expected = 0.5 * np.sqrt(variance + between)
+    assert abs(np.mean(noise / expected) - 1) < 0.01

@@ -1,4 +1,4 @@
-"""The pieces of clips that training draws: noisy, at many speeds, with margins."""
+"""The pieces of clips that training draws: noisy, at many speeds, with jumps and margins."""
 
 from __future__ import annotations
 
@@ -11,6 +11,9 @@ from mocaplab.gap_fillers.curves import lerp_columns
 from mocaplab.measures.movement import root_angular_velocity
 from mocaplab.motion import BoolArray, FloatArray, IntArray, Motion, moving_channels
 from mocaplab.noise.gaps import draw_runs
+
+LARGEST_JUMP = 20.0
+"""How far a joint jumps at most in a piece, in standard deviations of the channel without it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +72,7 @@ class Windows:
         k_range: tuple[float, float],
         speed_range: tuple[float, float] = (1.0, 1.0),
         gaps: tuple[float, float] = (0.0, 0.5),
+        jump_probability: float = 0.0,
         *,
         rng: np.random.Generator,
     ) -> Iterator[Batch]:
@@ -81,13 +85,14 @@ class Windows:
         speed_range : (low, high); each piece is played faster or slower by a factor between
             them, so that the network meets speeds that nobody recorded
         gaps : (start probability, mean seconds), see :func:`mocaplab.noise.gaps.draw_runs`
+        jump_probability : float in [0, 1], that a joint jumps in a piece
         rng : numpy.random.Generator
         """
         share = np.array(self.lengths) / sum(self.lengths)
         for _ in range(self.n_batches(n_pieces)):
             which = rng.choice(len(share), n_pieces, p=share)
             speeds = np.exp(rng.uniform(np.log(speed_range[0]), np.log(speed_range[1]), n_pieces))
-            yield self._batch(which, speeds, k_range, gaps, rng)
+            yield self._batch(which, speeds, k_range, gaps, jump_probability, rng)
 
     def n_batches(self, n_pieces: int) -> int:
         """Return how many batches of so many pieces an epoch has."""
@@ -100,6 +105,7 @@ class Windows:
         speeds: FloatArray,
         k_range: tuple[float, float],
         gaps: tuple[float, float],
+        jump_probability: float,
         rng: np.random.Generator,
     ) -> Batch:
         steps = self.n_frames - 1
@@ -114,8 +120,11 @@ class Windows:
             for i, start, speed in zip(which, starts, speeds, strict=True)
         ]
         clean = np.stack([channels for channels, _ in pieces])
-        k = rng.uniform(*k_range, size=(len(which), 1, 1))
+        mean = np.stack([self.means[i] for i in which])[:, None]
         scale = np.stack([self.scales[i] for i in which])[:, None]
+        if jump_probability > 0:
+            clean, mean, scale = self._let_jump(clean, mean, scale, jump_probability, rng)
+        k = rng.uniform(*k_range, size=(len(which), 1, 1))
         weight = np.ones((len(which), self.n_frames))
         weight[starts > 0, : self.margin] = 0
         weight[starts < last, -self.margin :] = 0
@@ -126,11 +135,43 @@ class Windows:
         return Batch(
             observed=observed,
             clean=clean,
-            mean=np.stack([self.means[i] for i in which])[:, None],
+            mean=mean,
             std=scale * np.sqrt(1 + k**2),
             root_velocity=np.stack([velocity for _, velocity in pieces]),
             weight=weight,
             counted=counted,
+        )
+
+    def _let_jump(
+        self,
+        clean: FloatArray,
+        mean: FloatArray,
+        scale: FloatArray,
+        probability: float,
+        rng: np.random.Generator,
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Let joints jump from one frame to the next, for a while, as thumbs do in captures.
+
+        What a jump does to the mean and the deviation of the whole clip depends on the share of
+        the clip that lies behind it, which is drawn, too.
+
+        Returns
+        -------
+        clean, mean, scale : arrays of the same shapes, the jumps included
+        """
+        n_pieces, n_frames, n_channels = clean.shape
+        jumps = (rng.random((n_pieces, n_channels)) < probability)[:, self.first_of_joint]
+        times = np.exp(rng.uniform(0, np.log(LARGEST_JUMP), jumps.shape))  # the deviation
+        size = np.where(jumps, times * rng.choice([-1, 1], jumps.shape), 0.0)[:, None]
+        start = rng.integers(n_frames, size=(n_pieces, 1, 1))
+        length = np.exp(rng.uniform(0, np.log(n_frames), (n_pieces, 1, 1)))  # frames
+        frame = np.arange(n_frames)[:, None]
+        inside = (frame >= start) & (frame < start + length)
+        share = rng.uniform(0.01, 0.5, (n_pieces, 1, 1))
+        return (
+            clean + inside * size * scale,
+            mean + share * size * scale,
+            scale * np.sqrt(1 + size**2 * share * (1 - share)),
         )
 
     def _hide(

@@ -23,6 +23,7 @@ class TrainConfig:
     speed_high: float = 1.7  # between these two, so that new speeds can be met later
     gap_probability: float = 0.0  # that a gap starts, a channel and 1/120 s; for an EBD
     gap_mean_s: float = 0.5  # mean length of these gaps
+    jump_probability: float = 0.0  # that a joint jumps in a piece, as thumbs do in some captures
     gaussian_k: float = 0.5  # the noise for which the Gaussian is tuned
     seed: int = 0  # of first weights, pieces, noise and dropout
 
@@ -37,9 +38,10 @@ class TrainConfig:
             raise ValueError(f"patience must be 0 epochs or more, got {self.patience}")
 
 
-EBF_TRAINING = TrainConfig(learning_rate=1.5e-3)
-"""How an EBF is trained. At 3e-3, which is good for a few epochs, the tanh layers before the filter
-saturated in two trainings of eight, which learnt hardly anything from then on."""
+EBF_TRAINING = TrainConfig(learning_rate=1e-3, jump_probability=0.015)
+"""How an EBF is trained. At higher rates, which are good for a few epochs, the tanh layers before
+the filter saturated in some trainings, which hardly learnt anything from then on. Jumps teach it to
+be narrow where a joint jumps: few captures have such jumps, and those are full of them."""
 BLEND_TRAINING = TrainConfig(epochs=20, batch_size=24, n_frames=96, margin=8, weight_decay=0.01)
 """How a Blend is trained; it needs fewer epochs, since it has less to learn."""
 EBD_TRAINING = TrainConfig(epochs=700, n_frames=240, gap_probability=0.002)

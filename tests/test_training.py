@@ -192,3 +192,10 @@ def test_a_gap_filler_can_be_trained(clips):
     checkpoint = train(clips[:1], config, lambda n: EBDConfig(n, dropout=0.0), progress=False)
     losses = checkpoint.info["losses"]
     assert losses[-1] < 0.5 * losses[0]
+
+
+@pytest.mark.parametrize("name", ["gap_probability", "jump_probability"])
+@pytest.mark.parametrize("value", [-0.1, 1.5, float("nan")])
+def test_a_probability_that_is_none_is_refused(name, value):
+    with pytest.raises(ValueError, match=f"{name} must lie in"):
+        replace(QUICK, **{name: value})

@@ -161,8 +161,9 @@ class Windows:
         """
         n_pieces, n_frames, n_channels = clean.shape
         jumps = (rng.random((n_pieces, n_channels)) < probability)[:, self.first_of_joint]
-        times = np.exp(rng.uniform(0, np.log(LARGEST_JUMP), jumps.shape))  # the deviation
-        size = np.where(jumps, times * rng.choice([-1, 1], jumps.shape), 0.0)[:, None]
+        # The size of a jump is in standard deviations of its channel, until the last lines.
+        size = np.exp(rng.uniform(0, np.log(LARGEST_JUMP), jumps.shape))
+        size = np.where(jumps, size * rng.choice([-1, 1], jumps.shape), 0.0)[:, None]
         start = rng.integers(n_frames, size=(n_pieces, 1, 1))
         length = np.exp(rng.uniform(0, np.log(n_frames), (n_pieces, 1, 1)))  # frames
         frame = np.arange(n_frames)[:, None]

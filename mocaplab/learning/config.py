@@ -34,6 +34,9 @@ class TrainConfig:
         for low, high in ((self.k_low, self.k_high), (self.speed_low, self.speed_high)):
             if not 0 <= low <= high:
                 raise ValueError(f"a range must go up from 0 or more, got {low} to {high}")
+        for name in ("gap_probability", "jump_probability"):
+            if not 0 <= getattr(self, name) <= 1:
+                raise ValueError(f"{name} must lie in [0, 1], got {getattr(self, name)}")
         if self.patience < 0:
             raise ValueError(f"patience must be 0 epochs or more, got {self.patience}")
 

@@ -75,12 +75,12 @@ class AdaptiveGaussian(torch.autograd.Function):
     @staticmethod
     def forward(ctx: Any, x: Tensor, sigma: Tensor, radius: int) -> Tensor:
         """Smooth x, shape (B, T, C), with widths sigma in frames, same shape."""
-        n_frames = x.shape[1]
         padded = nn.functional.pad(x, (0, 0, radius, radius))  # zeros beyond the ends
+        shifted = padded.unfold(1, 2 * radius + 1, 1).unbind(-1)  # views, nothing is copied
         total, weight = x.clone(), torch.ones_like(x)
         spread, spread_weight = torch.zeros_like(x), torch.zeros_like(x)
         for d, w, count in _weights(sigma, radius):
-            both = padded[:, radius - d :][:, :n_frames] + padded[:, radius + d :][:, :n_frames]
+            both = shifted[radius - d] + shifted[radius + d]
             total.addcmul_(w, both)
             weight.addcmul_(w, count)
             spread.addcmul_(w, both, value=d * d)
@@ -115,11 +115,14 @@ def _weights(sigma: Tensor, radius: int) -> Iterator[tuple[int, Tensor, Tensor]]
     """
     n_frames = sigma.shape[1]
     frame = torch.arange(n_frames, device=sigma.device)[:, None]
+    distance = torch.arange(1, min(radius, n_frames - 1) + 1, device=sigma.device)
+    before, after = frame >= distance, frame < n_frames - distance  # (T, distances)
+    counts = (before.to(sigma) + after.to(sigma))[..., None].unbind(1)
     q = torch.exp(-0.5 / sigma**2).clamp_min_(1e-18)
     factor, w, q_squared = q.clone(), torch.ones_like(q), (q * q).clamp_min_(1e-18)
-    for d in range(1, min(radius, n_frames - 1) + 1):
+    for d, count in enumerate(counts, start=1):
         # factor is q^(2d - 1). Weights that do not count any more are kept above 1e-18: the
         # processor needs many times as long for numbers that are almost 0.
         w.mul_(factor).clamp_min_(1e-18)
         factor.mul_(q_squared).clamp_min_(1e-18)
-        yield d, w, ((frame >= d).to(w) + (frame < n_frames - d).to(w))
+        yield d, w, count

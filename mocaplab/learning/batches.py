@@ -128,7 +128,9 @@ class Windows:
         weight = np.ones((len(which), self.n_frames))
         weight[starts > 0, : self.margin] = 0
         weight[starts < last, -self.margin :] = 0
-        observed = clean + rng.normal(size=clean.shape) * (k * scale)
+        observed = rng.normal(size=clean.shape)
+        observed *= k * scale  # in place, for speed
+        observed += clean
         counted = np.ones(clean.shape, dtype=bool)
         if gaps[0] > 0:
             observed, counted = self._hide(observed, scale > 0, gaps, rng)
@@ -170,7 +172,7 @@ class Windows:
         inside = (frame >= start) & (frame < start + length)
         share = rng.uniform(0.01, 0.5, (n_pieces, 1, 1))
         return (
-            clean + inside * size * scale,
+            clean + inside * (size * scale),
             mean + share * size * scale,
             scale * np.sqrt(1 + size**2 * share * (1 - share)),
         )

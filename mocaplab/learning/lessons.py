@@ -83,12 +83,13 @@ def batch_loss(network: torch.nn.Module, batch: Batch, columns: BoolArray) -> Te
     def tensor(array: np.ndarray) -> Tensor:
         return torch.from_numpy(np.ascontiguousarray(array, dtype=np.float32)).to(device)
 
+    mean, std = batch.mean[..., columns], batch.std[..., columns]  # (B, 1, C)
     observed, clean = (
-        tensor(standardize(values, batch.mean, batch.std)[..., columns])
+        tensor(standardize(values[..., columns], mean, std))
         for values in (batch.observed, batch.clean)
     )
     cleaned = network(observed, tensor(batch.root_velocity))
-    variance = tensor(batch.std[..., columns] ** 2)  # (B, 1, C)
+    variance = tensor(std**2)  # (B, 1, C)
     spread = variance.mean(dim=-1, keepdim=True).clamp_min(CONSTANT_STD_DEG**2)  # (B, 1, 1)
     error = (cleaned - clean) ** 2 * variance / spread  # (B, T, C)
     weight = tensor(batch.weight[..., None] * batch.counted[..., columns])  # (B, T, C)

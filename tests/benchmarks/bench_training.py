@@ -19,9 +19,9 @@ import torch
 
 from mocaplab.adaptive_filter import adaptive_gaussian
 from mocaplab.datasets import load_dataset
-from mocaplab.learning.batches import Windows
-from mocaplab.learning.config import TrainConfig
-from mocaplab.learning.lessons import batch_loss
+from mocaplab.learning.config import EBF_TRAINING
+from mocaplab.learning.lessons import WindowLesson
+from mocaplab.learning.state import TrainingState
 from mocaplab.networks import EBFConfig, build_network
 
 
@@ -41,18 +41,18 @@ def main() -> None:
     parser.add_argument("--repeats", type=int, default=15)
     repeats = parser.parse_args().repeats
     torch.set_num_threads(1)
-    config, rng = TrainConfig(), np.random.default_rng(0)
+    config, rng = EBF_TRAINING, np.random.default_rng(0)
     dataset = load_dataset("embedded")
     columns = dataset.skeleton.is_cleaned
-    windows = Windows(dataset.clips, config.n_frames, config.margin)
+    lesson = WindowLesson(dataset.clips, config, columns)
     network = build_network(EBFConfig(int(columns.sum())), seed=0)
-    optimizer = torch.optim.Adam(network.parameters())
-    noise, speeds = (config.k_low, config.k_high), (config.speed_low, config.speed_high)
+    optimizer = TrainingState(network).optimizer
 
     def step() -> None:
-        batch = next(windows.batches(config.batch_size, noise, speeds, rng=rng))
+        loss = lesson.loss(network, next(lesson.batches(rng)))
         optimizer.zero_grad()
-        batch_loss(network, batch, columns).backward()
+        loss.backward()
+        torch.nn.utils.clip_grad_norm_(network.parameters(), config.gradient_norm)
         optimizer.step()
 
     n_frames = config.batch_size * config.n_frames

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -92,7 +92,9 @@ def train_method(
     Raises
     ------
     CheckpointError
-        If the file holds another network, or one of other clips.
+        If the file holds no network.
+    ValueError
+        If it holds another one, or one of other clips or settings.
     """
     network, recipe = part_network(name) or (name, None)
     shape = SHAPES[network]
@@ -101,14 +103,9 @@ def train_method(
         config, recipe = training_noise(config, recipe)
     if model is not None and model.exists():
         checkpoint = load_checkpoint(model)
-        seen = set(checkpoint.trained_on.values())
-        if (
-            seen != {clip_digest(clip) for clip in clips}
-            or checkpoint.model.config != shape(checkpoint.model.config.n_channels)
-            or checkpoint.info["train"]["epochs"] != config.epochs
-            or checkpoint.info["train"].get("recipe") != recipe
-        ):
-            raise ValueError(f"{model} was trained on other clips or otherwise; take it away")
+        other = _differences(checkpoint, clips, config, shape, recipe)
+        if other:
+            raise ValueError(f"{model} was trained with other {', '.join(other)}; take it away")
         return _denoiser(checkpoint)
     checkpoint = train(clips, config, shape, recipe=recipe, state_path=state, progress=False)
     if network == "ebd":
@@ -119,6 +116,25 @@ def train_method(
     if state is not None:
         state.unlink(missing_ok=True)
     return _denoiser(checkpoint)
+
+
+def _differences(
+    checkpoint: Checkpoint,
+    clips: Sequence[Motion],
+    config: TrainConfig,
+    shape: Callable[[int], Any],
+    recipe: str | None,
+) -> list[str]:
+    """Name what a network was trained with that is not as asked for."""
+    # What a file does not tell had not been invented when it was made: it is as by default.
+    train = asdict(TrainConfig()) | {"recipe": None} | checkpoint.info["train"]
+    wanted = asdict(config) | {"recipe": recipe}
+    other = [name for name, value in wanted.items() if train[name] != value]
+    if checkpoint.model.config != shape(checkpoint.model.config.n_channels):
+        other.insert(0, "layers")
+    if set(checkpoint.trained_on.values()) != {clip_digest(clip) for clip in clips}:
+        other.insert(0, "clips")
+    return other
 
 
 def _denoiser(checkpoint: Checkpoint) -> Denoiser:

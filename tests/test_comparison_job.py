@@ -176,7 +176,7 @@ def test_a_network_is_trained_once_for_all_corruptions(few, job, tmp_path):
     for row, same in zip(first["rows"], without_disk["rows"], strict=True):
         assert row["rms_all_deg"] == same["rms_all_deg"]
     assert again["rows"][0]["rms_all_deg"] != first["rows"][0]["rms_all_deg"]
-    with pytest.raises(ValueError, match="was trained on other clips or otherwise"):
+    with pytest.raises(ValueError, match="was trained with other clips; take it away"):
         run_job(few, replace(job, split=Split((2, 3, 4), (0, 1))), tmp_path)
     assert replace(job, epochs=2).network_name == "bf-holdout_1-2"  # a file of its own
     assert replace(job, epochs=None).network_name == "bf-holdout_1"

@@ -171,8 +171,11 @@ class Windows:
         frame = np.arange(n_frames)[:, None]
         inside = (frame >= start) & (frame < start + length)
         share = rng.uniform(0.01, 0.5, (n_pieces, 1, 1))
+        piece, channel = np.nonzero(jumps)
+        jumped = clean.copy()
+        jumped[piece, :, channel] += inside[piece, :, 0] * (size * scale)[piece, :, channel]
         return (
-            clean + inside * (size * scale),
+            jumped,
             mean + share * size * scale,
             scale * np.sqrt(1 + size**2 * share * (1 - share)),
         )

@@ -92,7 +92,8 @@ def batch_loss(network: torch.nn.Module, batch: Batch, columns: BoolArray) -> Te
     variance = tensor(std**2)  # (B, 1, C)
     spread = variance.mean(dim=-1, keepdim=True).clamp_min(CONSTANT_STD_DEG**2)  # (B, 1, 1)
     error = (cleaned - clean) ** 2 * variance / spread  # (B, T, C)
-    weight = tensor(batch.weight[..., None] * batch.counted[..., columns])  # (B, T, C)
+    counted = torch.from_numpy(batch.counted[..., columns]).to(device)
+    weight = tensor(batch.weight)[..., None] * counted  # (B, T, C)
     # The mean over all processes, so that together they take the step of one.
     loss: Tensor = (error * weight).sum() / mean_over_processes(weight.sum())
     return loss

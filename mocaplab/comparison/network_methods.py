@@ -127,9 +127,9 @@ def _differences(
 ) -> list[str]:
     """Name what a network was trained with that is not as asked for."""
     # What a file does not tell had not been invented when it was made: it is as by default.
-    train = asdict(TrainConfig()) | {"recipe": None} | checkpoint.info["train"]
+    settings = asdict(TrainConfig()) | {"recipe": None} | checkpoint.info["train"]
     wanted = asdict(config) | {"recipe": recipe}
-    other = [name for name, value in wanted.items() if train[name] != value]
+    other = [name for name, value in wanted.items() if settings[name] != value]
     if checkpoint.model.config != shape(checkpoint.model.config.n_channels):
         other.insert(0, "layers")
     if set(checkpoint.trained_on.values()) != {clip_digest(clip) for clip in clips}:

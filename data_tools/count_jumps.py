@@ -21,11 +21,15 @@ from pathlib import Path
 import numpy as np
 
 from mocaplab.bvh import load_bvh
-from mocaplab.euler import alternate_euler, channels_of_order, make_continuous, wrap_degrees
+from mocaplab.euler import (
+    JUMP_DEG,
+    alternate_euler,
+    channels_of_order,
+    make_continuous,
+    wrap_degrees,
+)
 from mocaplab.kinematics import forward_kinematics
 from mocaplab.motion import FloatArray, Motion
-
-JUMP_DEG = 90.0
 
 
 @dataclass(frozen=True)

@@ -8,16 +8,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from mocaplab.euler import motion_continuity, rotation_triples, wrap_degrees
+from mocaplab.euler import JUMP_DEG, motion_continuity, rotation_triples, wrap_degrees
 from mocaplab.findings import ADVICE, Finding, findings_of
 from mocaplab.motion import BoolArray, FloatArray, Motion, moving_channels
 from mocaplab.poses import motion_to_quaternions
 
 NEAR_LOCK_DEG = 5.0
 """This near to gimbal lock, the outer angles may move 11 times as fast as the joint."""
-JUMP_DEG = 90.0
-"""No joint turns this far in one frame: at 30 frames per second, it would be 2,700 degrees
-per second, three times ``FASTEST_DEG_PER_S``."""
 REST_POSE_DEG = 30.0
 """How far some joint of a rest pose is from the movement; arms held out are at 60 or more.
 Half of that will do for a pose that is the skeleton as it was drawn."""

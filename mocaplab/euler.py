@@ -12,6 +12,9 @@ from numpy.typing import ArrayLike
 
 from mocaplab.motion import BoolArray, FloatArray, Motion, Skeleton
 
+JUMP_DEG = 90.0
+"""Nothing turns this far in one frame: at 30 frames per second, it would be 2,700 degrees per
+second, three times as much as the fastest joints."""
 TREMBLING_DEG = 20.0
 """A joint that steps by more than this in half of all frames trembles too much to repair."""
 

@@ -59,6 +59,28 @@ def bidirectional_lstm(n_in: int, n_hidden: int, dropout: float) -> nn.LSTM:
     )
 
 
+def start_evenly(network: nn.Module) -> None:
+    """Choose first weights with which signals keep their size from layer to layer.
+
+    Glorot's in dense layers and for what enters an LSTM, orthogonal ones for what it carries
+    from frame to frame. With torch's own, a third is left of a signal after each dense layer of
+    a stack, hardly anything behind an LSTM, and for many epochs a network learns constants.
+    """
+    for layer in network.modules():
+        if isinstance(layer, nn.Linear):
+            nn.init.xavier_uniform_(layer.weight)
+            nn.init.zeros_(layer.bias)
+        elif isinstance(layer, nn.LSTM):
+            for name, values in layer.named_parameters():
+                for i, gate in enumerate(values.detach().chunk(4)):  # input, forget, cell, output
+                    if name.startswith("bias"):  # the forget gates start open
+                        nn.init.constant_(gate, float(i == 1 and "_ih" in name))
+                    elif "_hh" in name:
+                        nn.init.orthogonal_(gate)
+                    else:
+                        nn.init.xavier_uniform_(gate)
+
+
 def start_near(layers: nn.Sequential, outputs: Tensor) -> None:
     """Set the last layer so that its outputs start near these, whatever comes in.
 

@@ -23,6 +23,7 @@ from mocaplab.layers import (
     dense,
     dense_stack,
     seeded,
+    start_evenly,
     start_near,
 )
 from mocaplab.live.mixer import LiveMixer, LiveMixerConfig
@@ -81,9 +82,7 @@ class EBF(Network):
             if config.paper_init:
                 _init_as_in_the_paper(self)
             else:
-                # The other layers start as torch starts them, so small that signals fade from
-                # layer to layer, and the first epochs teach little but one width a channel.
-                # Glorot's start is over that sooner; after 200 epochs it cleaned new clips worse.
+                start_evenly(self)
                 start_near(self.head, _first_outputs(config, n_out))
 
     def predict(self, pose: Tensor, root_velocity: Tensor) -> tuple[Tensor, Tensor | None]:

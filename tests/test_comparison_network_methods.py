@@ -50,7 +50,7 @@ def test_a_file_of_other_clips_or_another_training_is_refused(clips, tmp_path):
     train_method("bf", clips, 1, model, None)
     for name, training, epochs, other in (
         ("bf", clips[:1], 1, "clips"),
-        ("ebf", clips, 1, "layers, learning_rate, jump_probability"),
+        ("ebf", clips, 1, "layers, learning_rate, jump_rate"),
         ("bf", clips, 2, "epochs"),
         ("bf@angular:0.5", clips, 1, "k_low, k_high"),
         ("bf@spatial:0.5", clips, 1, "recipe"),

@@ -105,9 +105,10 @@ def test_gaps_of_every_second_piece_are_those_of_whole_joints(walk):
 
 def test_joints_jump_for_a_while(walk):
     windows = Windows([walk], 100, 10)
+    windows.jump_share[:] = 0.1
     still, jumping = (
-        next(windows.batches(64, (0.0, 0.0), jump_probability=p, rng=np.random.default_rng(0)))
-        for p in (0.0, 0.2)
+        next(windows.batches(64, (0.0, 0.0), jump_rate=rate, rng=np.random.default_rng(0)))
+        for rate in (0.0, 2.0)
     )
     moving = moving_channels(walk)
     jump = jumping.clean - still.clean  # (B, T, C)
@@ -128,12 +129,32 @@ def test_joints_jump_for_a_while(walk):
         np.testing.assert_allclose(np.abs(of_piece[:, channels]), inside * level, rtol=1e-9)
 
 
+def test_joints_jump_as_often_as_in_the_clips(walk):
+    """One of four clips has a joint that turns round within a frame; so does the root."""
+    skeleton = walk.skeleton
+    wild = int(np.flatnonzero(skeleton.is_cleaned & moving_channels(walk))[0])
+    of_joint = skeleton.channel_joint == skeleton.channel_joint[wild]
+    turned = walk.channels.copy()
+    turned[50:, wild] += 91.0
+    turned[50:, ~skeleton.is_cleaned] += 1000.0
+    windows = Windows([walk, walk, walk, walk.with_channels(turned)], 100, 10)
+    np.testing.assert_array_equal(windows.jump_share, 0.25 * of_joint)
+    still, jumping = (
+        next(windows.batches(400, (0.0, 0.0), jump_rate=rate, rng=np.random.default_rng(0)))
+        for rate in (0.0, 2.0)
+    )
+    happened = (jumping.std != still.std)[:, 0]  # (B, C)
+    assert not happened[:, ~of_joint].any()
+    assert 0.4 < happened[:, wild].mean() < 0.6
+
+
 def test_after_a_jump_mean_and_deviation_are_those_of_the_clip_with_it(walk):
     """Of a clip that spends a share s of its time a step A away, and the rest as before."""
     windows = Windows([walk], 100, 10)
+    windows.jump_share[:] = 0.1
     still, jumping = (
-        next(windows.batches(64, (0.5, 0.5), jump_probability=p, rng=np.random.default_rng(0)))
-        for p in (0.0, 0.2)
+        next(windows.batches(64, (0.5, 0.5), jump_rate=rate, rng=np.random.default_rng(0)))
+        for rate in (0.0, 2.0)
     )
     step = (jumping.clean - still.clean).sum(axis=1) / np.maximum(
         (jumping.clean != still.clean).sum(axis=1), 1

@@ -119,6 +119,23 @@ def test_first_bias_is_near_zero():
     assert bias.abs().max() < 0.5
 
 
+def test_signals_keep_their_size_at_the_start():
+    """torch's own start leaves 0.003 of them behind the LSTM."""
+    network = EBF(EBFConfig(68), seed=0).eval()
+    with torch.no_grad(), seeded(0):
+        code = torch.tanh(network.encoder(torch.randn(4, 200, 71)))
+        steps, _ = network.lstm(code)
+        hidden = network.head[:-1](steps)
+    for signal in (code, steps, hidden):
+        assert 0.1 < signal.std(dim=1).mean() < 1
+    for name, values in network.lstm.named_parameters():
+        for i, gate in enumerate(values.detach().chunk(4)):
+            if "weight_hh" in name:
+                torch.testing.assert_close(gate @ gate.T, torch.eye(126), rtol=0, atol=1e-5)
+            elif "bias" in name:
+                assert (gate == float(i == 1 and "_ih" in name)).all()
+
+
 def test_the_start_of_the_paper_gives_wild_widths():
     """Why it is not our default."""
     network = EBF(EBFConfig(90, paper_init=True), seed=0).eval()

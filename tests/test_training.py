@@ -194,8 +194,8 @@ def test_a_gap_filler_can_be_trained(clips):
     assert losses[-1] < 0.5 * losses[0]
 
 
-@pytest.mark.parametrize("name", ["gap_probability", "jump_probability"])
-@pytest.mark.parametrize("value", [-0.1, 1.5, float("nan")])
-def test_a_probability_that_is_none_is_refused(name, value):
-    with pytest.raises(ValueError, match=f"{name} must lie in"):
+@pytest.mark.parametrize("name", ["gap_probability", "jump_rate"])
+@pytest.mark.parametrize("value", [-0.1, float("inf"), float("nan")])
+def test_a_probability_or_a_rate_that_is_none_is_refused(name, value):
+    with pytest.raises(ValueError, match=f"{name} must (lie in|be 0 or more)"):
         replace(QUICK, **{name: value})

@@ -7,6 +7,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from mocaplab.euler import JUMP_DEG
 from mocaplab.gap_fillers.curves import lerp_columns
 from mocaplab.measures.movement import root_angular_velocity
 from mocaplab.motion import BoolArray, FloatArray, IntArray, Motion, moving_channels
@@ -65,6 +66,7 @@ class Windows:
             self.lengths.append(len(self.channels[-1]))
         self.means = [clip.channels.mean(axis=0) for clip in clips]
         self.scales = [clip.channels.std(axis=0) * moving_channels(clip) for clip in clips]
+        self.jump_share = _jump_share(clips)
 
     def batches(
         self,
@@ -72,7 +74,7 @@ class Windows:
         k_range: tuple[float, float],
         speed_range: tuple[float, float] = (1.0, 1.0),
         gaps: tuple[float, float] = (0.0, 0.5),
-        jump_probability: float = 0.0,
+        jump_rate: float = 0.0,
         *,
         rng: np.random.Generator,
     ) -> Iterator[Batch]:
@@ -85,14 +87,15 @@ class Windows:
         speed_range : (low, high); each piece is played faster or slower by a factor between
             them, so that the network meets speeds that nobody recorded
         gaps : (start probability, mean seconds), see :func:`mocaplab.noise.gaps.draw_runs`
-        jump_probability : float in [0, 1], that a joint jumps in a piece
+        jump_rate : float, that each joint jumps in this many times as large a share of the
+            pieces as of the clips
         rng : numpy.random.Generator
         """
         share = np.array(self.lengths) / sum(self.lengths)
         for _ in range(self.n_batches(n_pieces)):
             which = rng.choice(len(share), n_pieces, p=share)
             speeds = np.exp(rng.uniform(np.log(speed_range[0]), np.log(speed_range[1]), n_pieces))
-            yield self._batch(which, speeds, k_range, gaps, jump_probability, rng)
+            yield self._batch(which, speeds, k_range, gaps, jump_rate, rng)
 
     def n_batches(self, n_pieces: int) -> int:
         """Return how many batches of so many pieces an epoch has."""
@@ -105,7 +108,7 @@ class Windows:
         speeds: FloatArray,
         k_range: tuple[float, float],
         gaps: tuple[float, float],
-        jump_probability: float,
+        jump_rate: float,
         rng: np.random.Generator,
     ) -> Batch:
         steps = self.n_frames - 1
@@ -122,8 +125,8 @@ class Windows:
         clean = np.stack([channels for channels, _ in pieces])
         mean = np.stack([self.means[i] for i in which])[:, None]
         scale = np.stack([self.scales[i] for i in which])[:, None]
-        if jump_probability > 0:
-            clean, mean, scale = self._let_jump(clean, mean, scale, jump_probability, rng)
+        if jump_rate > 0:
+            clean, mean, scale = self._let_jump(clean, mean, scale, jump_rate, rng)
         k = rng.uniform(*k_range, size=(len(which), 1, 1))
         weight = np.ones((len(which), self.n_frames))
         weight[starts > 0, : self.margin] = 0
@@ -149,7 +152,7 @@ class Windows:
         clean: FloatArray,
         mean: FloatArray,
         scale: FloatArray,
-        probability: float,
+        rate: float,
         rng: np.random.Generator,
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Let joints jump from one frame to the next, for a while, as thumbs do in captures.
@@ -162,7 +165,8 @@ class Windows:
         clean, mean, scale : arrays of the same shapes, the jumps included
         """
         n_pieces, n_frames, n_channels = clean.shape
-        jumps = (rng.random((n_pieces, n_channels)) < probability)[:, self.first_of_joint]
+        jumps = rng.random((n_pieces, n_channels)) < rate * self.jump_share
+        jumps = jumps[:, self.first_of_joint]  # all angles of a joint together
         # The size of a jump is in standard deviations of its channel, until the last lines.
         size = np.exp(rng.uniform(0, np.log(LARGEST_JUMP), jumps.shape))
         size = np.where(jumps, size * rng.choice([-1, 1], jumps.shape), 0.0)[:, None]
@@ -211,3 +215,13 @@ class Windows:
             (1 - part) * channels[before] + part * channels[after],
             speed * ((1 - part) * velocity[before] + part * velocity[after]),
         )
+
+
+def _jump_share(clips: Sequence[Motion]) -> FloatArray:
+    """Return for every channel, shape (C,), the share of clips in which its joint jumps."""
+    skeleton = clips[0].skeleton
+    jumps = [(np.abs(np.diff(clip.channels, axis=0)) > JUMP_DEG).any(axis=0) for clip in clips]
+    of_joint = np.zeros((len(clips), skeleton.n_joints), dtype=bool)
+    np.logical_or.at(of_joint.T, skeleton.channel_joint, np.array(jumps).T)
+    share: FloatArray = of_joint.mean(axis=0)[skeleton.channel_joint] * skeleton.is_cleaned
+    return share

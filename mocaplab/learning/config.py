@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 
@@ -23,7 +24,8 @@ class TrainConfig:
     speed_high: float = 1.7  # between these two, so that new speeds can be met later
     gap_probability: float = 0.0  # that a gap starts, a channel and 1/120 s; for an EBD
     gap_mean_s: float = 0.5  # mean length of these gaps
-    jump_probability: float = 0.0  # that a joint jumps in a piece, as thumbs do in some captures
+    jump_rate: float = 0.0  # in how many times as large a share of the pieces as of the clips
+    # a joint jumps, as thumbs do in some captures
     gaussian_k: float = 0.5  # the noise for which the Gaussian is tuned
     seed: int = 0  # of first weights, pieces, noise and dropout
 
@@ -34,14 +36,15 @@ class TrainConfig:
         for low, high in ((self.k_low, self.k_high), (self.speed_low, self.speed_high)):
             if not 0 <= low <= high:
                 raise ValueError(f"a range must go up from 0 or more, got {low} to {high}")
-        for name in ("gap_probability", "jump_probability"):
-            if not 0 <= getattr(self, name) <= 1:
-                raise ValueError(f"{name} must lie in [0, 1], got {getattr(self, name)}")
+        if not 0 <= self.gap_probability <= 1:
+            raise ValueError(f"gap_probability must lie in [0, 1], got {self.gap_probability}")
+        if not 0 <= self.jump_rate < math.inf:
+            raise ValueError(f"jump_rate must be 0 or more, got {self.jump_rate}")
         if self.patience < 0:
             raise ValueError(f"patience must be 0 epochs or more, got {self.patience}")
 
 
-EBF_TRAINING = TrainConfig(learning_rate=1e-3, jump_probability=0.015)
+EBF_TRAINING = TrainConfig(learning_rate=1e-3, jump_rate=2.0)
 """How an EBF is trained. At higher rates, which are good for a few epochs, the tanh layers before
 the filter saturated in some trainings, which hardly learnt anything from then on. Jumps teach it to
 be narrow where a joint jumps: few captures have such jumps, and those are full of them."""

@@ -50,7 +50,7 @@ class WindowLesson:
             (config.k_low, config.k_high),
             (config.speed_low, config.speed_high),
             (config.gap_probability, config.gap_mean_s),
-            config.jump_probability,
+            config.jump_rate,
             rng=rng,
         )
         rank, n_processes = rank_and_size()

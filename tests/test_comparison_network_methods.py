@@ -47,13 +47,13 @@ def test_each_is_trained_kept_and_read_back(name, clips, tmp_path):
 
 def test_a_file_of_other_clips_or_another_training_is_refused(clips, tmp_path):
     model = tmp_path / "model.safetensors"
-    train_method("bf", clips, 1, model, None)
+    train_method("nn", clips, 1, model, None)
     for name, training, epochs, other in (
-        ("bf", clips[:1], 1, "clips"),
+        ("nn", clips[:1], 1, "clips"),
         ("ebf", clips, 1, "layers, learning_rate, jump_rate"),
-        ("bf", clips, 2, "epochs"),
-        ("bf@angular:0.5", clips, 1, "k_low, k_high"),
-        ("bf@spatial:0.5", clips, 1, "recipe"),
+        ("nn", clips, 2, "epochs"),
+        ("nn@angular:0.5", clips, 1, "k_low, k_high"),
+        ("nn@spatial:0.5", clips, 1, "recipe"),
     ):
         with pytest.raises(ValueError, match=f"with other {other}; take it away"):
             train_method(name, training, epochs, model, None)

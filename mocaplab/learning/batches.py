@@ -221,7 +221,6 @@ def _jump_share(clips: Sequence[Motion]) -> FloatArray:
     """Return for every channel, shape (C,), the share of clips in which its joint jumps."""
     skeleton = clips[0].skeleton
     jumps = [(np.abs(np.diff(clip.channels, axis=0)) > JUMP_DEG).any(axis=0) for clip in clips]
-    of_joint = np.zeros((len(clips), skeleton.n_joints), dtype=bool)
-    np.logical_or.at(of_joint.T, skeleton.channel_joint, np.array(jumps).T)
-    share: FloatArray = of_joint.mean(axis=0)[skeleton.channel_joint] * skeleton.is_cleaned
+    of_same_joint = skeleton.channel_joint[:, None] == skeleton.channel_joint  # (C, C)
+    share: FloatArray = (np.array(jumps) @ of_same_joint).mean(axis=0) * skeleton.is_cleaned
     return share

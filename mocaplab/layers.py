@@ -59,12 +59,12 @@ def bidirectional_lstm(n_in: int, n_hidden: int, dropout: float) -> nn.LSTM:
     )
 
 
-def start_evenly(network: nn.Module) -> None:
+def start_glorot(network: nn.Module) -> None:
     """Choose first weights with which signals keep their size from layer to layer.
 
     Glorot's in dense layers and for what enters an LSTM, orthogonal ones for what it carries
     from frame to frame. With torch's own, about half of a signal is left behind a dense layer and
-    a twentieth behind an LSTM of two (notebook 04): for many epochs a network learns constants.
+    a tenth behind the LSTM (notebook 04, section 9): for many epochs a network learns constants.
     """
     for layer in network.modules():
         if isinstance(layer, nn.Linear):

@@ -23,7 +23,7 @@ from mocaplab.layers import (
     dense,
     dense_stack,
     seeded,
-    start_evenly,
+    start_glorot,
     start_near,
 )
 from mocaplab.live.mixer import LiveMixer, LiveMixerConfig
@@ -82,7 +82,7 @@ class EBF(Network):
             if config.paper_init:
                 _init_as_in_the_paper(self)
             else:
-                start_evenly(self)
+                start_glorot(self)
                 start_near(self.head, _first_outputs(config, n_out))
 
     def predict(self, pose: Tensor, root_velocity: Tensor) -> tuple[Tensor, Tensor | None]:

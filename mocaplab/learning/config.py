@@ -24,8 +24,8 @@ class TrainConfig:
     speed_high: float = 1.7  # between these two, so that new speeds can be met later
     gap_probability: float = 0.0  # that a gap starts, a channel and 1/120 s; for an EBD
     gap_mean_s: float = 0.5  # mean length of these gaps
-    jump_rate: float = 0.0  # in how many times as large a share of the pieces as of the clips
-    # a joint jumps, as thumbs do in some captures
+    jump_rate: float = 0.0  # share of pieces in which a joint jumps, over that of clips in which
+    # it does: in some captures thumbs jump
     gaussian_k: float = 0.5  # the noise for which the Gaussian is tuned
     seed: int = 0  # of first weights, pieces, noise and dropout
 

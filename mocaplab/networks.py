@@ -176,6 +176,7 @@ class NN(Network):
         widths = [n_in, *[config.n_hidden] * (config.n_layers - 1), config.n_channels]
         with seeded(seed):
             self.layers = dense(widths)
+            start_glorot(self)
             first = torch.full((config.n_channels,), math.log(config.first_sigma))
             start_near(self.layers, first)
 

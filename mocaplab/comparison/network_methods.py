@@ -40,11 +40,12 @@ RECIPES = {
     "ebf_bias": EBF_TRAINING,
     "ebf_free": EBF_TRAINING,
     "bf": EBF_TRAINING,
+    "nn": EBF_TRAINING,
     "blend": BLEND_TRAINING,
     "ebd": EBD_TRAINING,
 }
-"""How networks are trained. NN and the denoising EBD keep to TrainConfig: at three times the rate
-of EBF, and without jumps."""
+"""How networks are trained. BF and NN are trained as EBF is, so that nothing but the part that they
+lack makes the difference. The denoising EBD keeps to TrainConfig: a higher rate, and no jumps."""
 
 LEAST_FRAMES_SEEN = 200_000
 """Frames times epochs below which a training is too short."""

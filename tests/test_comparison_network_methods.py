@@ -50,7 +50,8 @@ def test_a_file_of_other_clips_or_another_training_is_refused(clips, tmp_path):
     train_method("nn", clips, 1, model, None)
     for name, training, epochs, other in (
         ("nn", clips[:1], 1, "clips"),
-        ("ebf", clips, 1, "layers, learning_rate, jump_rate"),
+        ("ebd_denoiser", clips, 1, "layers, learning_rate, jump_rate"),
+        ("ebf", clips, 1, "layers"),
         ("nn", clips, 2, "epochs"),
         ("nn@angular:0.5", clips, 1, "k_low, k_high"),
         ("nn@spatial:0.5", clips, 1, "recipe"),
